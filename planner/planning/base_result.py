@@ -1,4 +1,4 @@
-"""What plans, trade-offs and tasks have in common: a record, which their JSON file is, a table, a page and files."""
+"""The base of plans, sweeps and task plans: record (their JSON file), table, page and files."""
 
 from __future__ import annotations
 
@@ -32,17 +32,17 @@ from planner.trajectory.trajectory import Trajectory
 
 JSON_NAME, PAGE_NAME, ROADMAP_NAME = "plan.json", "plan.html", "roadmap.npz"
 _SECONDS = (
-    "seconds per stage, and their `total` with all between, to the last file; `record` measures the path for this file "
-    "and encloses when the field settles, `files` writes the others"
+    "seconds per stage; `total` also counts the time between stages, until the last file is written; `record` measures "
+    "the path and encloses the settling time, `files` writes the other files"
 )
 _CORNERS = ("corners", "corners_blended", "shortcuts")  # keys of a trajectory's proof
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class RunRecord(Record):
-    """How a run ended, what it was asked for, and with which software."""
+    """The outcome of a run, its options and the software versions."""
 
-    # pydantic reads docstrings of a class's own fields only, and other records begin with these
+    # pydantic reads docstrings of a class's own fields only, and subclasses inherit these
     format_version: int
     outcome: Annotated[str, Field(description="solved, no_path, too_singular, partly_followed or interrupted")]
     message: Annotated[str, Field(description="the outcome as a sentence, with its reason and the remedy")]
@@ -51,14 +51,14 @@ class RunRecord(Record):
     seed: int
     config: Annotated[dict[str, Any], Field(description="every option")]
     versions: Annotated[dict[str, str], Field(description="of the planner, Python and its libraries")]
-    joints: Annotated[list[str], Field(description="the planned ones, in the order of the columns of a path")]
+    joints: Annotated[list[str], Field(description="planned joints, in the order of the columns of a path")]
     tool: str
-    notes: Annotated[list[str], Field(description="what was noticed about the model and the start")]
+    notes: Annotated[list[str], Field(description="remarks on the model and the start")]
     timings_s: Annotated[dict[str, float], Field(description=_SECONDS)]
 
     @classmethod
     def from_run(cls, run: Result[Any], robot: Robot, scene: Scene, **own: Any) -> Self:
-        """The record of a run of ``robot`` in ``scene``, with the fields that this class adds."""
+        """Return the record of a run of ``robot`` in ``scene``; ``own`` are the fields of a subclass."""
         return cls(
             format_version=FORMAT_VERSION,
             outcome=run.outcome.key,
@@ -90,7 +90,7 @@ R = TypeVar("R", bound=RunRecord)
 
 
 def read_record(kind: type[R], file: Path) -> R:
-    """The record in a JSON file; :class:`FileError` where it is missing, damaged or of a later format."""
+    """Read a record from a JSON file; :class:`FileError` if it is missing, damaged or of a later format."""
     where = f"plan {file}"
     data = parse_json(read_text(file, "plan"), where)
     if isinstance(data, dict):
@@ -100,14 +100,14 @@ def read_record(kind: type[R], file: Path) -> R:
 
 @dataclass(frozen=True, eq=False)
 class Result(ABC, Generic[R]):
-    """Base of what a command finds: it shows itself as a table and as a page, and saves itself in a folder.
+    """Base of the result of a command; it has a table and a page, and saves itself in a folder.
 
-    ``reason`` says why there is no path, ``end_notes`` what was noticed about the start; ``timings`` are in s.
+    ``reason`` explains a missing path, ``end_notes`` are remarks on the start, ``timings`` are in s.
     """
 
     JSON: ClassVar[str] = JSON_NAME
     PAGE: ClassVar[str] = PAGE_NAME
-    FILES: ClassVar[tuple[str, ...]]  # all that are written, in the order in which they take their places
+    FILES: ClassVar[tuple[str, ...]]  # all files, in the order in which they replace those of an earlier run
 
     request: Request
     outcome: Outcome
@@ -118,41 +118,41 @@ class Result(ABC, Generic[R]):
     @cached_property
     @abstractmethod
     def record(self) -> R:
-        """What the JSON file holds; units in rad, m and s."""
+        """The content of the JSON file; units in rad, m and s."""
 
     @abstractmethod
     def page(self) -> str:
-        """The page as HTML text that needs nothing but a browser."""
+        """Return the page as self-contained HTML."""
 
     @abstractmethod
     def _write(self, folder: Path) -> None:
-        """Write the files but for page, proof and record into an empty folder."""
+        """Write all files except page, proof and record into an empty folder."""
 
     def files(self, folder: Path) -> Sequence[str]:
-        """The files that take their places in ``folder``, in this order; one that is not written is removed."""
+        """Return the files that ``folder`` gets, in this order; a file that is not written is removed."""
         return self.FILES
 
     def certify(self) -> Certificate | None:
-        """The result with its proof, for a checker that trusts no planner; None where there is none."""
+        """Return a certificate for an independent checker; None if there is no proof."""
         return None
 
     @property
     def message(self) -> str:
-        """How the run ended, in one sentence: without a path the reason, as far as it is known."""
+        """The outcome as one sentence; without a path its reason, if known."""
         return self.outcome.value if self.reason is None else self.reason.sentence
 
     @property
     def solved(self) -> bool:
-        """Whether there is a path."""
+        """Whether there is a path from start to goal."""
         return self.outcome is Outcome.SOLVED
 
     @property
     def seconds(self) -> float:
-        """How long it took, all stages together."""
+        """Duration of all stages together, s."""
         return sum(self.timings.values())
 
     def to_dict(self) -> dict[str, Any]:
-        """The keys of the JSON file."""
+        """Return the keys of the JSON file."""
         return self.record.to_dict()
 
     def _repr_html_(self) -> str:
@@ -160,18 +160,17 @@ class Result(ABC, Generic[R]):
         return html_table(f"{record.robot} in {record.scene}. {record.message}", record.summary)
 
     def save(self, folder: StrPath, certificate: bool = False) -> None:
-        """Write the files into ``folder``, which is made if it does not exist, with the page.
+        """Write all files, page included, into ``folder``, which is created if needed.
 
-        With ``certificate`` also ``proof.npz`` where there is a proof. Raises :class:`FileError` where that cannot be
-        done.
+        ``certificate`` adds ``proof.npz`` if there is a proof. Raises :class:`FileError` if a file cannot be written.
         """
         clock = Stopwatch(self.timings)
         self.save_page(Path(folder), self.save_without_page(Path(folder), clock, certificate), clock)
 
     def save_without_page(self, folder: Path, clock: Stopwatch | None = None, certificate: bool = False) -> R:
-        """Write all but the page, remove what an earlier run left, and return the record, which is renamed last.
+        """Write all files except the page, remove those of an earlier run, and return the record, written last.
 
-        The stages of ``clock`` go into the record with the run's own.
+        The record has the stages of ``clock`` and those of the run.
         """
         clock = clock or Stopwatch(self.timings)
         clock.seconds.update(self.timings)
@@ -190,7 +189,7 @@ class Result(ABC, Generic[R]):
         return record
 
     def save_page(self, folder: Path, record: R, clock: Stopwatch) -> R:
-        """Write the page, and the record again with the seconds of ``clock``; returns that record."""
+        """Write the page, and the record with the seconds of ``clock``; return that record."""
         with clock("page"):
             write_whole(folder / self.PAGE, self.page().encode())
         record = replace(record, timings_s=clock.record())
@@ -200,7 +199,7 @@ class Result(ABC, Generic[R]):
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class MotionRecord(Record):
-    """The motion along the path, which trajectory.json holds."""
+    """The motion along the path, as in trajectory.json."""
 
     time_law: str
     duration: float
@@ -210,21 +209,22 @@ class MotionRecord(Record):
     corners_blended: int | None = None
     shortcuts: int | None = None
     proven: bool
-    """whether every piece is proven free and within limits"""
+    """whether every polynomial piece is proven free and within limits"""
     floor: dict[str, Any] | None
     """``proof.floor`` of trajectory.json"""
 
     @classmethod
-    def from_trajectory(cls, made: Trajectory | None, robot: Robot) -> Self | None:
-        if made is None:
+    def from_trajectory(cls, trajectory: Trajectory | None, robot: Robot) -> Self | None:
+        """Return the record of a trajectory; None without one."""
+        if trajectory is None:
             return None
-        limits = "" if made.limits is None else made.limits.text(robot)
-        known = {key: made.proof[key] for key in _CORNERS if key in made.proof}
-        known |= {"proven": made.proven, "floor": made.proof.get("floor")}
-        return cls(time_law=made.time_law, duration=made.duration, limits=limits, **known)
+        limits, proof = "" if trajectory.limits is None else trajectory.limits.text(robot), trajectory.proof
+        known = {key: proof[key] for key in _CORNERS if key in proof}
+        known |= {"proven": trajectory.proven, "floor": proof.get("floor")}
+        return cls(time_law=trajectory.time_law, duration=trajectory.duration, limits=limits, **known)
 
     def text(self, floored: bool) -> str:
-        """The motion as a line of a table, with its floor where that was asked for."""
+        """Return the motion as a row of a table; ``floored`` adds the manipulability floor."""
         corners = "from rest to rest, the earliest through the roadmap"
         if self.corners is not None:
             corners = f"{self.corners_blended} of {self.corners} corners rounded, shortcuts: {self.shortcuts}"
@@ -239,7 +239,7 @@ class MotionRecord(Record):
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class FieldRecord(Record):
-    """How the dynamics settled."""
+    """How the GABF dynamics settled."""
 
     law: str
     prescribed_time: float
@@ -248,20 +248,20 @@ class FieldRecord(Record):
     """s"""
     settling_tau: float | None
     settling_tau_bracket: list[float | None] | None
-    """proved: earliest and latest, null where it was not found; 0 and null for a field too large to be enclosed"""
+    """proven earliest and latest, null if unknown; 0 and null for a field too large to be enclosed"""
     log10_remaining: float | None
     """log10 of T_p minus the settling time"""
     steps: int
     residual: float | None
     max_error_vs_oracle: float | None
-    """relative, against Dijkstra's answer"""
+    """relative, against Dijkstra's algorithm"""
     outcome: str
     certificate: list[dict[str, Any]]
-    """the bounds of the paper, and ours, beside the measured values, as :class:`planner.gabf.Certificate` has them"""
+    """bounds of the paper and of this planner with the measured values, see :class:`planner.gabf.Certificate`"""
 
     @classmethod
     def from_field(cls, quality: SweepQuality | TaskQuality, field: gabf.CostToGo | None) -> Self | None:
-        """The record of a field, with every bound that it meets and its error against the oracle."""
+        """Return the record of a field, with its bounds and its error against Dijkstra's algorithm."""
         if field is None:
             return None
         bracket = field.settling_tau_bracket
@@ -281,7 +281,7 @@ class FieldRecord(Record):
 
     @property
     def rows(self) -> Rows:
-        """When the field settled, the sharpest proven bound on that, and the error against the oracle."""
+        """Rows for the settling time, its sharpest proven bound, and the error against the oracle."""
         rows, error = [("settled", self._settling)], f"{self.max_error_vs_oracle:.1e} relative"
         of_settling = [c for c in self.certificate if c["quantity"] == "settling tau" and c["applies"] and c["proven"]]
         best = min((c for c in of_settling if c["bound"] is not None), key=lambda c: c["bound"], default=None)
@@ -307,14 +307,14 @@ class FieldRecord(Record):
 
 
 def cost_text(cost: PathCost) -> str:
-    """A path's cost and the two parts that it is the sum of."""
+    """Return the cost of a path and its two summands as text."""
     beta = cost.beta
     parts = f"{1 - beta:g} x {cost.manipulability:.4f} manipulability + {beta:g} x {cost.distance:.4f} distance"
     return f"{cost.total:.4f} = {parts}"
 
 
 def outward(bound: float, digits: int, *, up: bool) -> str:
-    """A bound with so many digits behind the point, rounded to the side on which it holds."""
+    """Round a bound to ``digits`` decimals, towards the side on which it holds."""
     text, step = f"{bound:.{digits}f}", 10.0**-digits
     if up:
         return f"{bound + step:.{digits}f}" if float(text) < bound else text

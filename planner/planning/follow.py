@@ -1,4 +1,4 @@
-"""Following a tool path: a ladder of proven motions as a roadmap, its field, and the free motion to it."""
+"""Follow a tool path: a ladder of proven motions as a roadmap, its field, and the free motion to it."""
 
 from __future__ import annotations
 
@@ -36,8 +36,8 @@ from planner.tool_paths.tube import NO_DEVIATION, Deviation, Tube
 from planner.trajectory.limits import MotionLimits
 from planner.trajectory.trajectory import Trajectory
 
-_ENDS = 8  # first rungs that a free motion may lead to: those of the least cost-to-go
-_FAST_STEP = 0.004  # m between stations where the tool's speed matters: between them it changes by little
+_ENDS = 8  # first rungs with the least cost-to-go, goals of the free motion
+_FAST_STEP = 0.004  # m between stations with a tool speed, which changes little on that length
 
 
 def follow(
@@ -51,41 +51,41 @@ def follow(
     progress: Progress = QUIET,
     **options: Any,
 ) -> Plan:
-    """The plan of a joint path that follows a tool path within its tube, proven between samples too.
+    """Plan a joint path that follows a tool path within its tube, proven between samples too.
 
         planner.follow("seam.yaml", robot="panda", scene="table", beta=0.2)
 
-    ``path`` is a file, its keys, or what :func:`planner.read_tool_path` makes of them; ``options`` are fields of
-    :class:`FollowRequest`, all else is as of :func:`planner.plan`. No joint jumps: each motion between two solutions is
-    proven to stay in the tube. With a ``start`` a free motion leads to the path. Where not all can be followed the plan
-    holds what can be, with ``Outcome.PARTLY_FOLLOWED`` and a reason. Raises :class:`PlannerError`.
+    ``path`` is a file, its keys, or the result of :func:`planner.read_tool_path`; ``options`` are fields of
+    :class:`FollowRequest`, all else is as in :func:`planner.plan`. Joints never jump: each motion between two solutions
+    is proven to stay in the tube. With a ``start`` a free motion leads to the path. If only a first section can be
+    followed, the plan holds it, with ``Outcome.PARTLY_FOLLOWED`` and a reason. Raises :class:`PlannerError`.
     """
-    made = build_request(request or FollowRequest(), objective, options, robot, scene)
-    if timing is not None and timing.extra_cost != TimingRequest().extra_cost and made.what.start is None:
-        raise OptionError("--extra-cost says nothing to a tool path: give a start, or leave it out.")
-    if timing is None and made.what.tool_speed is not None:
-        raise OptionError("--tool-speed says nothing without a motion in time: leave it out, or --no-timing.")
-    return Follower.from_tool_path(path, made, progress).plan(made, progress, timing)
+    request = build_request(request or FollowRequest(), objective, options, robot, scene)
+    if timing is not None and timing.extra_cost != TimingRequest().extra_cost and request.what.start is None:
+        raise OptionError("--extra-cost needs --start: give a start, or leave --extra-cost out.")
+    if timing is None and request.what.tool_speed is not None:
+        raise OptionError("--tool-speed needs a motion in time: leave --tool-speed or --no-timing out.")
+    return Follower.from_tool_path(path, request, progress).plan(request, progress, timing)
 
 
 @dataclass(frozen=True, eq=False)
 class Follower:
-    """A tool path with its ladder in one world, which :func:`follow` makes and asks once; benchmarks ask it again.
+    """A tool path with its ladder in one world.
 
-    The ladder does not depend on beta or start: ``follower.plan(request.with_options(beta=0.9))``.
+    The ladder does not depend on beta or start: ``follower.plan(request.with_options(beta=0.9))`` uses it again.
     """
 
     checker: CollisionChecker
     path: ToolPath
     reached: LadderProgress
-    request: FollowRequest  # what the ladder was made for
+    request: FollowRequest  # of the ladder
     timings: dict[str, float]
 
     @staticmethod
     def from_tool_path(
         tool_path: StrPath | Mapping[str, Any] | ToolPath, request: FollowRequest, progress: Progress = QUIET
     ) -> Follower:
-        """The ladder of a path: all that does not depend on beta or start."""
+        """Build the ladder of a tool path: all that does not depend on beta or start."""
         clock = Stopwatch()
         progress("setup", 0, 1)
         with clock("setup"):
@@ -94,28 +94,28 @@ class Follower:
             checker = make_checker_for(request.what, start=start)
             if checker.world.scene.moving:
                 raise SceneError(
-                    f"in scene '{checker.world.scene.name}' obstacles move: a tool path needs a still one."
+                    f"scene '{checker.world.scene.name}' must have no moving obstacles for a tool path: remove them."
                 )
         progress("setup", 1, 1)
         tube = Tube(path.subdivide())
-        found = _climb_ladder(tube, checker, request, progress, clock)
-        if not found.whole:
+        reached = _climb_ladder(tube, checker, request, progress, clock)
+        if not reached.whole:
             inside = _climb_ladder(replace(tube, all_of_it=True), checker, request, progress, clock)
-            found = max(found, inside, key=lambda each: each.share)
-        return Follower(checker, path, found, request, clock.seconds)
+            reached = max(reached, inside, key=lambda each: each.share)
+        return Follower(checker, path, reached, request, clock.seconds)
 
     def plan(self, request: FollowRequest, progress: Progress = QUIET, timing: TimingRequest | None = None) -> Plan:
-        """The plan for another ``beta`` or ``start``; what the ladder depends on is that of the first request."""
+        """Plan for another ``beta`` or ``start``; all options of the ladder are those of the first request."""
         clock, robot = Stopwatch(self.timings), self.checker.robot
         limits = None if timing is None else MotionLimits.from_robot(robot, timing)
-        begun: dict[str, Any] = {"checker": self.checker, "timings": clock.seconds}
+        shared: dict[str, Any] = {"checker": self.checker, "timings": clock.seconds}
         if request.what.start is not None:
             states = states_of(robot, self.checker.world.scene)
-            begun["end_notes"] = tuple(other_turns(request.what.start, self.checker, states))
+            shared["end_notes"] = tuple(other_turns(request.what.start, self.checker, states))
         roadmap, along = self.reached.roadmap, self.reached.along
         if not len(roadmap.goals):
-            return self._complete(Plan(request, Outcome.NO_PATH, roadmap=roadmap, **begun), along)
-        draft = Plan(request, Outcome.INTERRUPTED, roadmap=roadmap, **begun)
+            return self._complete(Plan(request, Outcome.NO_PATH, roadmap=roadmap, **shared), along)
+        draft = Plan(request, Outcome.INTERRUPTED, roadmap=roadmap, **shared)
         if progress.stopped:
             return draft
         if request.what.start is not None:
@@ -134,28 +134,25 @@ class Follower:
         if timing is None or limits is None or not len(solved.path):
             return self._complete(solved, along)
         with clock("timing"):
-            made, speed, off = self._time(solved, along, request, timing, limits)
-        return self._complete(replace(solved, trajectory=made), along, speed, off)
+            motion, speed, off = self._time(solved, along, request, timing, limits)
+        return self._complete(replace(solved, trajectory=motion), along, speed, off)
 
     def _time(
-        self, found: Plan, along: Floats, request: FollowRequest, timing: TimingRequest, limits: MotionLimits
+        self, plan: Plan, along: Floats, request: FollowRequest, timing: TimingRequest, limits: MotionLimits
     ) -> tuple[Trajectory, ToolSpeedRecord | None, Deviation]:
-        """The motion along the path, after the free one to it where there is one; with a rest between them.
-
-        And how fast the tool goes along the path, and how far it is off.
-        """
-        places = along[found.path_nodes]
+        """Return the motion, at rest between free motion and tool path; the tool's speed, and its deviation."""
+        places = along[plan.path_nodes]
         first, floor = int(np.argmax(places >= 0.0)), request.quality.min_manipulability
-        on_path = found.path[first:], places[first:], self.reached.ladder.tube, self.checker, limits
-        made, speed = time_tool_path(*on_path, request.what.tool_speed, floor, timing.time_law)
-        off = self.reached.ladder.tube.deviation_of(made, found.robot, places[first:])
+        on_path = plan.path[first:], places[first:], self.reached.ladder.tube, self.checker, limits
+        motion, speed = time_tool_path(*on_path, request.what.tool_speed, floor, timing.time_law)
+        off = self.reached.ladder.tube.deviation_of(motion, plan.robot, places[first:])
         if first:
-            free = time_plan(replace(found, path=found.path[: first + 1]), timing, limits)
-            made = join_trajectories(free, made, self.checker, limits, floor)
-        return recheck(made, self.checker), speed, off
+            free = time_plan(replace(plan, path=plan.path[: first + 1]), timing, limits)
+            motion = join_trajectories(free, motion, self.checker, limits, floor)
+        return recheck(motion, self.checker), speed, off
 
     def _make_query(self, request: FollowRequest, draft: Plan) -> Query:
-        """From the start to the first rungs of the least cost-to-go."""
+        """Return the query from the start to the first rungs with the least cost-to-go."""
         checker, ladder = self.checker, draft.roadmap
         start = _resolve_starts(request, checker)
         network = _drop_backward_arcs(build_network(ladder, request.quality.objective), self.reached.along)
@@ -165,7 +162,7 @@ class Follower:
         return Query(checker.robot, draft.scene, checker, start, goals, ("tool path",) * len(goals))
 
     def _lower_floor(self) -> float | None:
-        """The highest floor found with which the path is followed farther; None where no floor is in the way."""
+        """Return the highest floor with which the path is followed farther; None if the floor does not limit it."""
         if self.request.quality.min_manipulability <= 0:
             return None
         lower = follow_ladder(self.reached.ladder, self.checker, 0.0, self.request.quality.seed)
@@ -181,16 +178,16 @@ class Follower:
         speed: ToolSpeedRecord | None = None,
         of_motion: Deviation = NO_DEVIATION,
     ) -> Plan:
-        """The plan with what came of the tool path, and why it is not followed to its end."""
+        """Return the plan with the record of its tool path, and why it is not followed to its end."""
         outcome, reason, off = solved.outcome, solved.reason, NO_DEVIATION
-        found, share, ends = self.reached, 0.0, self.reached.ends[:0]
+        reached, share, ends = self.reached, 0.0, self.reached.ends[:0]
         if len(solved.path):
-            share, ends, places = found.share, found.ends, along[solved.path_nodes]
+            share, ends, places = reached.share, reached.ends, along[solved.path_nodes]
             rows = places >= 0.0
-            off = found.ladder.tube.largest_deviation(solved.robot, solved.path[rows], places[rows])
-        if not found.whole and reason is None:
+            off = reached.ladder.tube.largest_deviation(solved.robot, solved.path[rows], places[rows])
+        if not reached.whole and reason is None:
             outcome = Outcome.PARTLY_FOLLOWED
-            reason = explain_stop(self.checker, found.ladder, share, ends, self._lower_floor())
+            reason = explain_stop(self.checker, reached.ladder, share, ends, self._lower_floor())
         record = ToolPathRecord(
             followed=share,
             points=int(self.path.given.max()),
@@ -200,7 +197,7 @@ class Follower:
             first_unreachable=reason.point if isinstance(reason, CannotFollow) else None,
             speed=speed,
         )
-        rungs = found.roadmap.nodes[: len(found.roadmap.nodes) if len(found.ends) else 0]
+        rungs = reached.roadmap.nodes[: len(reached.roadmap.nodes) if len(reached.ends) else 0]
         return replace(
             solved,
             outcome=outcome,
@@ -213,7 +210,7 @@ class Follower:
 def _climb_ladder(
     tube: Tube, checker: CollisionChecker, request: FollowRequest, progress: Progress, clock: Stopwatch
 ) -> LadderProgress:
-    """How far a ladder leads in a tube."""
+    """Build a ladder in a tube, and find how far it leads."""
     with clock("ladder"):
         progress("ladder", 0, 0)
         step = None if request.what.tool_speed is None else _FAST_STEP
@@ -226,20 +223,20 @@ def _climb_ladder(
 
 
 def _resolve_starts(request: FollowRequest, checker: CollisionChecker) -> Floats:
-    """Where the arm may be (k, dof) before it goes to the path."""
+    """Return the start configurations (k, dof) of the free motion."""
     states = states_of(checker.robot, checker.world.scene)
-    assert request.what.start is not None  # a free motion begins there
+    assert request.what.start is not None  # callers check this
     return resolve(request.what.start, checker, states, "start", tolerance=request.what.ik_tolerance)
 
 
 def _drop_backward_arcs(network: gabf.Network, along: Floats) -> gabf.Network:
-    """The network without the arcs that lead back along the path; off it ``along`` is -1."""
+    """Return the network without arcs that lead back along the path; ``along`` is -1 off the path."""
     tails, heads = along[network.tails], along[network.indices]
     return network.without_arcs(np.flatnonzero((tails > heads) & (tails > 1e-9)))
 
 
 def _join(free: Plan, ladder: Roadmap, along: Floats) -> tuple[Roadmap, Floats]:
-    """The free roadmap with the ladder behind its goals; the ladder's other first rungs are left out."""
+    """Return the free roadmap with the ladder behind its goals, without the other first rungs."""
     roadmap = roomy_where_joined(free.roadmap, free.clearance_kept)
     number = np.where(along > 1e-9, NEW, LEFT_OUT)
     for goal in roadmap.goals:

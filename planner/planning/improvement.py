@@ -1,4 +1,4 @@
-"""A roadmap improved for what a request asks for: its best path refined, others searched, all of it made part of it."""
+"""Improve a roadmap for a request: refine its best path, search others, and add all of them to the roadmap."""
 
 from dataclasses import replace
 
@@ -19,25 +19,25 @@ from planner.search.manipulability_floor import layered_network
 from planner.search.network import build_network, cheapest_steps
 from planner.trajectory.measure import path_manipulability
 
-_ROUNDS_ABOVE_ENDS = 2  # where nothing but the cost decides
-IMPROVED_AT = (0.5, 0.0, 1.0)  # betas for which every roadmap is improved, a plan's and a sweep's
-_SEEDS_APART = 1000  # else each stage would try again what the one before it has tried
-_HALVES = 6  # 5 mm: down to 0.16 mm, where proofs end
-_ROUNDING = 1e-9  # relative: w of one state computed from two ends of an edge
+_ROUNDS_WITHOUT_DIP = 2
+IMPROVED_AT = (0.5, 0.0, 1.0)  # betas at which plans and sweeps improve a roadmap
+_SEEDS_APART = 1000  # distinct seeds, so no stage repeats the trials of the previous one
+_HALVES = 6  # from 5 mm to 0.16 mm, the resolution of proofs
+_ROUNDING = 1e-9  # relative, of w at one state computed from either end of an edge
 
 
 def improve_plan(draft: Plan, progress: Progress) -> Plan:
-    """The plan on a roadmap whose best path is refined; a new one keeps the number of nodes that was asked for.
+    """Return the plan on an improved roadmap; a new roadmap has the requested number of nodes.
 
-    The roadmap is that of a sweep, improved further at the plan's own beta: its path costs no more than the sweep's.
+    The roadmap of a sweep, improved further at the plan's own beta: its path costs at most as much as the sweep's.
     """
     quality, checker = draft.request.quality, draft.checker
-    roadmap, room, curves = improve_for_all_betas(draft.roadmap, checker, quality, progress, quality.beta)
+    roadmap, clearance, curves = improve_for_all_betas(draft.roadmap, checker, quality, progress, quality.beta)
     if quality.beta == 0.0 and quality.min_manipulability <= 0:
-        roadmap = add_path_without_dip(roadmap, checker, quality, progress, room)
+        roadmap = add_path_without_dip(roadmap, checker, quality, progress, clearance)
     if quality.roadmap is None:
-        roadmap = trim_roadmap(roadmap, len(draft.roadmap.nodes), quality, room)
-    return replace(draft, roadmap=roadmap, curve=curves.get(quality.beta, ()), clearance_kept=room)
+        roadmap = trim_roadmap(roadmap, len(draft.roadmap.nodes), quality, clearance)
+    return replace(draft, roadmap=roadmap, curve=curves.get(quality.beta, ()), clearance_kept=clearance)
 
 
 def improve_for_all_betas(
@@ -47,47 +47,47 @@ def improve_for_all_betas(
     progress: Progress = QUIET,
     own: float = IMPROVED_AT[0],
 ) -> tuple[Roadmap, float, dict[float, Curve]]:
-    """The roadmap improved at each of ``IMPROVED_AT``, then at ``own``; the clearance (m) that paths keep, and curves.
+    """Return the roadmap improved at each of ``IMPROVED_AT`` and at ``own``, its clearance (m), and cost curves.
 
-    Each beta has half the rounds. A kept roadmap that is not to be refined stays as it is.
+    Each beta has half the rounds. Without rounds, a saved roadmap stays unchanged.
     """
     if quality.roadmap is not None and quality.rounds < 1:
         return roadmap, 0.0, {}
-    (roadmap, room), curves = with_min_clearance(roadmap, checker, quality, progress), dict[float, Curve]()
+    (roadmap, clearance), curves = certify_clearance(roadmap, checker, quality, progress), dict[float, Curve]()
     betas = IMPROVED_AT if own == IMPROVED_AT[0] else (*IMPROVED_AT, own)
-    for place, beta in enumerate(betas):
-        seed = (quality.seed + _SEEDS_APART * place) % 2**31
-        part = replace(quality, refinement_rounds=-(-quality.rounds // 2), seed=seed)
-        whole = progress.with_report(lambda *of, k=place: progress(of[0], k * of[2] + of[1], len(betas) * of[2]))
-        found = improve_roadmap(roadmap, checker, part, beta, whole, room)
-        roadmap, curves[beta] = found.roadmap, found.curve
-    return roadmap, room, curves
+    for k, beta in enumerate(betas):
+        seed = (quality.seed + _SEEDS_APART * k) % 2**31
+        half = replace(quality, refinement_rounds=-(-quality.rounds // 2), seed=seed)
+        overall = progress.with_report(lambda *of, k=k: progress(of[0], k * of[2] + of[1], len(betas) * of[2]))
+        improvement = improve_roadmap(roadmap, checker, half, beta, overall, clearance)
+        roadmap, curves[beta] = improvement.roadmap, improvement.curve
+    return roadmap, clearance, curves
 
 
-def with_min_clearance(
+def certify_clearance(
     roadmap: Roadmap, checker: CollisionChecker, quality: SweepQuality, progress: Progress = QUIET
 ) -> tuple[Roadmap, float]:
-    """The roadmap with new certificates of its edges, and the clearance (m) beyond the margin that its paths keep.
+    """Return the roadmap with new certificates of its edges, and the clearance (m) beyond the margin of its paths.
 
-    That is ``quality.extra_clearance``, or half of it, a quarter, ...: the largest at which edges lead from a start to
-    a goal, above the floor if one is asked for; else 0. A path that has been made short or well conditioned grazes the
-    obstacles, so the edges of a plan's network, the motions that refinement tries and the shortcuts in time keep it.
+    The clearance is the largest of ``quality.extra_clearance``, its half, a quarter, ... at which edges connect a start
+    and a goal, above the floor if there is one; else 0. Short and well-conditioned paths graze obstacles, so all edges
+    of the plan's network, trials of refinement and shortcuts in time keep this clearance.
     """
 
-    def joins(clearance: float) -> bool:
+    def is_connected_at(clearance: float) -> bool:
         if quality.min_manipulability > 0:
             return len(_best_nodes(roadmap, quality, 1.0, clearance)) > 0
         edges, begin = roadmap.edges[roadmap.clearance >= clearance], np.zeros(len(roadmap.nodes), dtype=bool)
         begin[roadmap.starts] = True
         return bool(reachable(begin, np.concatenate([edges, edges[:, ::-1]]))[roadmap.goals].any())
 
-    if quality.extra_clearance <= 0 or not joins(0.0):
+    if quality.extra_clearance <= 0 or not is_connected_at(0.0):
         return roadmap, 0.0
     for clearance in halves(quality.extra_clearance):
         roadmap = _with_proofs(roadmap, checker, clearance, progress)
         if progress.stopped:
             break
-        if joins(clearance):
+        if is_connected_at(clearance):
             return roadmap, clearance
     return roadmap, 0.0
 
@@ -100,11 +100,10 @@ def improve_roadmap(
     progress: Progress = QUIET,
     clearance: float = 0.0,
 ) -> Improvement:
-    """``quality.rounds`` rounds of :func:`planner.roadmap.improve.improve` at ``beta``, from its best path.
+    """Run ``quality.rounds`` rounds of :func:`planner.roadmap.improve.improve` at ``beta`` from the best path.
 
-    That path, and what takes its place, keeps ``clearance`` (m) beyond the margin. With a floor only the part of that
-    path above it is improved, and stays above it. Nothing is improved where the roadmap has no path, or none above the
-    floor.
+    All paths keep ``clearance`` (m) beyond the margin. With a floor, the section of the path above the floor is
+    improved and stays above. The roadmap is unchanged if it has no such path.
     """
     if quality.rounds < 1 or progress.stopped:
         return Improvement(roadmap)
@@ -113,8 +112,8 @@ def improve_roadmap(
     if len(above) < 2:
         return Improvement(roadmap)
     cost = motion_cost(roadmap, checker, quality, beta)
-    part, wider = path[above[0] : above[-1] + 1], with_extra_margin(checker, clearance)
-    return improve(roadmap, wider, cost, part, quality.rounds, quality.seed, progress, clearance=clearance)
+    section, wider = path[above[0] : above[-1] + 1], with_extra_margin(checker, clearance)
+    return improve(roadmap, wider, cost, section, quality.rounds, quality.seed, progress, clearance=clearance)
 
 
 def add_path_without_dip(
@@ -124,12 +123,9 @@ def add_path_without_dip(
     progress: Progress = QUIET,
     clearance: float = 0.0,
 ) -> Roadmap:
-    """The roadmap with a path whose w does not fall below both its ends' w, as far as a few rounds find one.
-
-    The roadmap is returned as it was where its best path is such a path.
-    """
+    """Return the roadmap with a path whose w never falls below that of both ends, if a few rounds find one."""
     path = path_waypoints(roadmap, checker.robot, _best_nodes(roadmap, quality, quality.beta, clearance))
-    rounds = min(quality.rounds, _ROUNDS_ABOVE_ENDS)
+    rounds = min(quality.rounds, _ROUNDS_WITHOUT_DIP)
     if len(path) < 2 or rounds < 1:
         return roadmap
     w = path_manipulability(checker.robot, path)
@@ -142,12 +138,12 @@ def add_path_without_dip(
 
 
 def motion_cost(roadmap: Roadmap, checker: CollisionChecker, quality: SweepQuality, beta: float) -> MotionCost:
-    """What motions cost at ``beta`` on the network of ``roadmap`` that the request asks for."""
+    """Return the cost function of motions at ``beta``, as the network of ``roadmap`` has it."""
     return MotionCost(checker.robot, roadmap.scale, quality.objective_at(beta))
 
 
 def trim_roadmap(roadmap: Roadmap, grown: int, quality: PlanQuality, clearance: float = 0.0) -> Roadmap:
-    """An improved roadmap, ``grown`` of whose nodes were grown, with the number of nodes that was asked for."""
+    """Return an improved roadmap with the requested number of nodes; its first ``grown`` were grown."""
     if len(roadmap.nodes) <= quality.nodes:
         return roadmap
     best = _best_nodes(roadmap, quality, quality.beta, clearance)
@@ -155,14 +151,14 @@ def trim_roadmap(roadmap: Roadmap, grown: int, quality: PlanQuality, clearance: 
 
 
 def _best_nodes(roadmap: Roadmap, quality: SweepQuality, beta: float, clearance: float) -> Ints:
-    """The nodes (k,) of the best path at ``beta`` that keeps ``clearance`` (m), and the floor that is asked for."""
+    """Return the nodes (k,) of the best path at ``beta`` that keeps ``clearance`` (m) and the floor."""
     network = build_network(roadmap, quality.objective_at(beta), clearance)
     layered = layered_network(roadmap, network, quality.min_manipulability)
     return layered.roadmap_node[cheapest_steps(layered.network, layered.starts)]
 
 
 def _with_proofs(roadmap: Roadmap, checker: CollisionChecker, clearance: float, progress: Progress) -> Roadmap:
-    """With a proof of each edge whose certificate leaves open whether it has so much ``clearance`` (m)."""
+    """Prove ``clearance`` (m) of all edges whose certificate is smaller; return the roadmap with the results."""
     rows = np.flatnonzero(roadmap.clearance < clearance)
     wider = with_extra_margin(checker, clearance)
     prover = EdgeProver(wider, progress, "clearance")
@@ -172,17 +168,17 @@ def _with_proofs(roadmap: Roadmap, checker: CollisionChecker, clearance: float, 
     return replace(roadmap, clearance=known)
 
 
-def prove_path_clearance(path: Floats, checker: CollisionChecker, wanted: float) -> float:
-    """The largest of ``wanted``, its half, ... (m) that all motions of a ``path`` (k, dof) are proven to keep; or 0."""
-    if wanted <= 0 or len(path) < 2:
+def prove_path_clearance(path: Floats, checker: CollisionChecker, largest: float) -> float:
+    """Return the largest of ``largest``, its half, ... (m) that is proven of a ``path`` (k, dof); or 0."""
+    if largest <= 0 or len(path) < 2:
         return 0.0
     start, delta = path[:-1], np.diff(path, axis=0)
-    for clearance in halves(wanted):
+    for clearance in halves(largest):
         if EdgeProver(with_extra_margin(checker, clearance)).free(start, delta).all():
             return clearance
     return 0.0
 
 
-def halves(wanted: float) -> list[float]:
-    """``wanted``, half of it, and so on."""
-    return [wanted * 0.5**k for k in range(_HALVES)]
+def halves(largest: float) -> list[float]:
+    """Return ``largest``, half of it, a quarter, and so on."""
+    return [largest * 0.5**k for k in range(_HALVES)]

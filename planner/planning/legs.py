@@ -1,4 +1,4 @@
-"""Straight lines of the tool out of a plan's start and into its goal, each a proven ladder of its own."""
+"""Straight tool lines from a plan's start (retreat) and to its goal (approach), each a proven ladder."""
 
 from dataclasses import dataclass, replace
 
@@ -24,16 +24,16 @@ from planner.trajectory.limits import MotionLimits
 
 @dataclass(frozen=True, eq=False)
 class Legs:
-    """The legs of a plan: ``retreats`` from its starts, ``approaches`` to its goals; empty where none is asked for.
+    """The legs of a plan: ``retreats`` from its starts, ``approaches`` to its goals; empty if not requested.
 
-    A leg is a chain of proven motions from an end of the plan to where the free motion is joined to it.
+    A leg is a chain of proven motions between an end of the plan and an end of the free motion.
     """
 
     retreats: tuple[LadderProgress, ...] = ()
     approaches: tuple[LadderProgress, ...] = ()
 
     def query_between(self, query: Query) -> Query:
-        """What the free motion has to join."""
+        """Return the query of the free motion, between the inner ends of the legs."""
         if self.retreats:
             query = replace(query, starts=np.array([leg.ends[0] for leg in self.retreats]))
         if self.approaches:
@@ -42,7 +42,7 @@ class Legs:
         return query
 
     def attach(self, free: Plan) -> Plan:
-        """The plan on its roadmap with the legs, in which starts and goals are what was asked for."""
+        """Return the plan with the legs in its roadmap; starts and goals are those of the request."""
         if not (self.retreats or self.approaches):
             return free
         roadmap = roomy_where_joined(free.roadmap, free.clearance_kept)
@@ -51,55 +51,55 @@ class Legs:
         return replace(free, roadmap=replace(roadmap, starts=starts, goals=goals), clearance_kept=0.0)
 
     def legs_at_ends(self, robot: Robot, path: Floats) -> tuple[LadderProgress | None, LadderProgress | None]:
-        """The legs with which a path (k, dof) begins and ends, up to whole turns."""
+        """Return the legs at the start and the end of a path (k, dof), up to whole turns."""
         begin, end = (
             next((leg for leg in legs if np.abs(robot.difference(_end(leg), q)).max() < 1e-9), None)
             for legs, q in ((self.retreats, path[0]), (self.approaches, path[-1]))
         )
         return begin, end
 
-    def time(self, found: Plan, timing: TimingRequest, limits: MotionLimits | None) -> Plan:
-        """The plan with the motion along its path, resting between a leg and what is free; corners are rounded."""
-        begin, end = self.legs_at_ends(found.robot, found.path)
+    def time(self, plan: Plan, timing: TimingRequest, limits: MotionLimits | None) -> Plan:
+        """Return the plan with its motion: at rest between a leg and the free motion, with rounded corners."""
+        begin, end = self.legs_at_ends(plan.robot, plan.path)
         if begin is None and end is None:
-            return replace(found, trajectory=time_plan(found, timing, limits))
-        limits = limits or MotionLimits.from_robot(found.robot)
+            return replace(plan, trajectory=time_plan(plan, timing, limits))
+        limits = limits or MotionLimits.from_robot(plan.robot)
         first = len(begin.along) - 1 if begin else 0
-        last = len(found.path) - (len(end.along) - 1 if end else 0)
-        made = time_plan(replace(found, path=found.path[first:last]), timing, limits)
-        floor, records = found.request.quality.min_manipulability, list(found.legs)
-        for leg, part, before in ((begin, found.path[: first + 1], True), (end, found.path[last - 1 :], False)):
+        last = len(plan.path) - (len(end.along) - 1 if end else 0)
+        motion = time_plan(replace(plan, path=plan.path[first:last]), timing, limits)
+        floor, records = plan.request.quality.min_manipulability, list(plan.legs)
+        for leg, part, before in ((begin, plan.path[: first + 1], True), (end, plan.path[last - 1 :], False)):
             if leg is not None:
                 tube, places = leg.ladder.tube, np.sort(leg.along)
                 if not before:
                     tube, places = Tube(tube.path.backwards), places[-1] - places[::-1]
-                straight, _ = time_tool_path(part, places, tube, found.checker, limits, None, floor)
-                parts = (straight, made) if before else (made, straight)
-                made = join_trajectories(*parts, found.checker, limits, floor)
+                straight, _ = time_tool_path(part, places, tube, plan.checker, limits, None, floor)
+                parts = (straight, motion) if before else (motion, straight)
+                motion = join_trajectories(*parts, plan.checker, limits, floor)
                 k = 0 if before else -1
-                off = records[k].largest_deviation.or_more(tube.deviation_of(straight, found.robot, places))
+                off = records[k].largest_deviation.or_more(tube.deviation_of(straight, plan.robot, places))
                 records[k] = replace(records[k], largest_deviation=off)
-        return replace(found, trajectory=made, legs=tuple(records))
+        return replace(plan, trajectory=motion, legs=tuple(records))
 
     def make_records(self, robot: Robot, path: Floats) -> tuple[LegRecord, ...]:
-        """What ``plan.json`` says of the legs of a path."""
-        found, (begin, end) = [], self.legs_at_ends(robot, path)
+        """Return the records of the legs of a path (k, dof)."""
+        records, (begin, end) = [], self.legs_at_ends(robot, path)
         for name, leg in (("retreat", begin), ("approach", end)):
             if leg is not None:
                 order, tube = np.argsort(leg.along), leg.ladder.tube
                 off = tube.largest_deviation(robot, leg.roadmap.nodes[order], leg.along[order])
                 length = float(leg.along.max())
-                found.append(LegRecord(leg=name, length=length, largest_deviation=off, tube=tube.path.tube))
-        return tuple(found)
+                records.append(LegRecord(leg=name, length=length, largest_deviation=off, tube=tube.path.tube))
+        return tuple(records)
 
 
 def _end(leg: LadderProgress) -> Floats:
-    """The end (dof,) of a plan at which a leg begins."""
+    """Return the outer end (dof,) of a leg."""
     return leg.roadmap.nodes[leg.roadmap.starts[0]]
 
 
 def _join(robot: Robot, roadmap: Roadmap, legs: tuple[LadderProgress, ...], doors: Ints) -> tuple[Roadmap, Ints]:
-    """The roadmap with legs that lead to some of its nodes ``doors``, and the nodes at their other ends."""
+    """Return the roadmap with legs joined at its nodes ``doors``, and the nodes of their outer ends."""
     ends = []
     for leg in legs:
         number = np.full(len(leg.along), NEW)
@@ -111,23 +111,23 @@ def _join(robot: Robot, roadmap: Roadmap, legs: tuple[LadderProgress, ...], door
 
 
 def find_legs(query: Query, request: PlanRequest) -> Legs | CannotFollow:
-    """The legs that ``request`` asks for, of those ends that have one; why none has, where that is so."""
-    found: dict[str, tuple[LadderProgress, ...]] = {}
+    """Return the legs of ``request`` for all ends that have one, or why no end has one."""
+    legs: dict[str, tuple[LadderProgress, ...]] = {}
     for name, ends, length in (
         ("retreat", query.starts, request.what.retreat),
         ("approach", query.goals, request.what.approach),
     ):
         tried = [_build_leg(query.checker, q, length, request.quality.seed) for q in ends] if length > 0 else []
-        found[name] = tuple(leg for leg in tried if leg.whole)
-        if tried and not found[name]:
+        legs[name] = tuple(leg for leg in tried if leg.whole)
+        if tried and not legs[name]:
             k = int(np.argmax([leg.share for leg in tried]))
             reached = tried[k].ends if len(tried[k].ends) else ends[[k]]
             return replace(explain_stop(query.checker, tried[k].ladder, tried[k].share, reached), leg=name, cone=None)
-    return Legs(found["retreat"], found["approach"])
+    return Legs(legs["retreat"], legs["approach"])
 
 
 def _build_leg(checker: CollisionChecker, q: Floats, length: float, seed: int) -> LadderProgress:
-    """The leg back along the tool's z axis from ``q`` (dof,), as far as it goes."""
+    """Build the leg back along the tool's z axis from ``q`` (dof,), as far as it is feasible."""
     rotation, _ = Frame.tool(checker.robot).poses(checker.robot, q[None])
     positions = leg_line(checker.robot, q, length)
     path = ToolPath("leg", positions, np.repeat(rotation, 2, axis=0), np.zeros(2, bool), np.zeros(2), np.arange(1, 3))

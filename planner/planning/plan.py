@@ -27,20 +27,20 @@ def plan(
     progress: Progress = QUIET,
     **options: Any,
 ) -> Plan:
-    """Plan as the paper does: RRT roadmap, manipulability at nodes, GABF for the cost-to-go, minimising neighbours.
+    """Plan as the paper does: an RRT roadmap, costs, GABF for the cost-to-go, and the path of minimising neighbours.
 
         plan("panda", "shelf", beta=0.2).trajectory
         plan(request=PlanRequest.from_options(seed=3), nodes=200)
         plan("ur5", objective=Objective(beta=0.2, metric="workspace"), timing=None)
 
-    ``options`` are those of :class:`PlanRequest`. They, robot, scene and what an ``objective`` says replace those of
-    ``request``. The path becomes a motion in ``timing``, see :func:`planner.trajectory.timing.time_path`; with None it
-    stays a path. ``progress`` is called with (stage, done, total); once it is asked to stop, planning stops soon after
-    and returns the partial plan, with ``Outcome.INTERRUPTED``. Raises :class:`PlannerError` for unusable input,
-    :class:`KeywordError` for other options.
+    ``options`` are fields of :class:`PlanRequest`. They, ``robot``, ``scene`` and ``objective`` replace those of
+    ``request``. ``timing`` sets how the path becomes a motion, see :func:`planner.trajectory.timing.time_path`; None
+    returns the path only. The planner calls ``progress`` with (stage, done, total). When ``progress`` requests a stop,
+    planning stops soon after and returns the partial plan, with ``Outcome.INTERRUPTED``. Raises :class:`PlannerError`
+    for unusable input and :class:`KeywordError` for unknown options.
 
-    Where obstacles move along known motions the plan is the earliest motion through the roadmap that keeps clear of
-    them, waiting included, and ``beta`` shapes the roadmap only; this needs ``timing``.
+    If obstacles move along known motions, the plan is the earliest collision-free motion through the roadmap, with
+    waits; ``beta`` then shapes the roadmap only, and ``timing`` is required.
     """
     clock = Stopwatch()
     request = build_request(request or PlanRequest(), objective, options, robot, scene)
@@ -50,16 +50,16 @@ def plan(
         if query.scene.moving:
             require_earliest(request, timing)
         legs = find_legs(query, request)
-    begun: dict[str, Any] = {"checker": query.checker, "timings": clock.seconds, "end_notes": query.end_notes}
+    shared: dict[str, Any] = {"checker": query.checker, "timings": clock.seconds, "end_notes": query.end_notes}
     if isinstance(legs, CannotFollow):
-        nowhere = roadmap_of_nodes(query.checker, query.ends, request.quality.seed)
-        return Plan(request, Outcome.NO_PATH, roadmap=nowhere, reason=legs, **begun)
+        ends_only = roadmap_of_nodes(query.checker, query.ends, request.quality.seed)
+        return Plan(request, Outcome.NO_PATH, roadmap=ends_only, reason=legs, **shared)
     with clock("roadmap"):
         roadmap = load_or_build_roadmap(request.quality, legs.query_between(query), progress)
-    draft = Plan(request, Outcome.INTERRUPTED, roadmap=roadmap, **begun)
+    draft = Plan(request, Outcome.INTERRUPTED, roadmap=roadmap, **shared)
     with clock("improve"):
-        better = draft if progress.stopped else legs.attach(improve_plan(draft, progress))
-    solved = draft if progress.stopped else solve(better, limits, progress, clock)
+        improved = draft if progress.stopped else legs.attach(improve_plan(draft, progress))
+    solved = draft if progress.stopped else solve(improved, limits, progress, clock)
     if not solved.solved:
         return draft if solved.outcome is Outcome.INTERRUPTED else solved
     solved = replace(solved, goal=query.goal_at(solved.path[-1]), legs=legs.make_records(query.robot, solved.path))

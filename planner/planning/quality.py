@@ -1,4 +1,4 @@
-"""How good a path is: what its cost gained and could gain at most, w along it, and where it is badly conditioned."""
+"""Quality of a path: cost gained by refinement, lower bound, w along the path, and its worst conditioning."""
 
 from dataclasses import dataclass, replace
 from typing import Self
@@ -20,14 +20,14 @@ from planner.search.network import PathCost, build_network
 from planner.trajectory.measure import dense_path, path_manipulability, w_along_path
 
 _NOTABLE = 0.02  # share of a cost
-_ROUNDING = 1e-9  # %, of a cost that is a sum
-_BETTER = 1.2  # a floor is worth trying that is so much higher than the smallest w
-_AT_END = 1.05  # the smallest w is an end's if the end's is no larger than so much of it
+_ROUNDING = 1e-9  # %, of a sum of costs
+_BETTER = 1.2  # ratio to the smallest w from which the advice names a floor
+_AT_END = 1.05  # ratio to the smallest w up to which w at an end counts as the smallest
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class PointRecord(Record):
-    """The best cost after so many rounds."""
+    """The best cost after a number of rounds."""
 
     rounds: int
     cost: float
@@ -35,17 +35,17 @@ class PointRecord(Record):
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class QualityRecord(Record):
-    """How good the path is."""
+    """Cost of a path against its lower bound."""
 
     refinement_rounds: int
     """rounds of refinement and search"""
     curve: list[PointRecord]
     lower_bound: float
-    """no path between the roadmap's start and goal configurations costs less"""
+    """cost below that of any path between the roadmap's starts and goals"""
     gap: float | None
-    """how much more this one costs at most than the optimum between these, as a share"""
+    """upper bound on the relative distance of the cost from the optimum"""
     manipulability_cost: float | None
-    """Omega of the path in pieces of 0.01 rad, where ``cost`` has it by few states an edge; null if charged at nodes"""
+    """Omega of the path in steps of 0.01 rad; ``cost`` uses few states per edge; null if integrated over nodes"""
 
     @classmethod
     def from_path(
@@ -57,7 +57,7 @@ class QualityRecord(Record):
         total: float,
         curve: tuple[tuple[int, float], ...],
     ) -> Self:
-        """The quality of a path (k, dof) of ``roadmap`` that costs ``total``."""
+        """Return the quality of a path (k, dof) of ``roadmap`` with cost ``total``."""
         bound, finely = cost_lower_bound(roadmap, robot, quality.objective), None
         if quality.cost_integration == "edges":
             alone, states = replace(quality.objective, beta=0.0, floor=0.0), dense_path(path)
@@ -70,7 +70,7 @@ class QualityRecord(Record):
         )
 
     def rows(self, cost: PathCost, in_time: bool) -> Rows:
-        """The bound on the cost, and what the effort gained; ``in_time`` it is not the cost that decides."""
+        """Return rows for the lower bound and the gain of refinement; ``in_time`` omits the gap."""
         rows, finely = [], self.manipulability_cost
         if finely is not None and cost.beta < 1.0 and finely > (1.0 + _NOTABLE) * cost.manipulability:
             more = f"{100 * (finely / cost.manipulability - 1.0):.1f} % more: w dips between states"
@@ -89,12 +89,11 @@ class QualityRecord(Record):
 
 
 def cost_lower_bound(roadmap: Roadmap, robot: Robot, objective: Objective) -> float:
-    """A lower bound on the cost, as the network of ``roadmap`` charges it, of every path from a start to a goal.
+    """Return a lower bound on the cost of every path between the starts and goals of ``roadmap``.
 
-    Starts and goals are the roadmap's: of what is asked of the tool, other configurations may be nearer to each other.
-    No path is shorter than the straight line between its ends, in joint space or (metric "workspace") from tool to
-    tool. omega is nowhere below ``scale.zeta``: integrated over that length it costs so much at least. Charged at
-    nodes, the goal's own omega is all that every path pays. The least of all pairs of a start and a goal counts.
+    A path is at least as long as the straight line between its ends, in joint space or (metric "workspace") of the
+    tool, and omega is at least ``scale.zeta``: their product bounds the integral over edges. Integrated over nodes,
+    every path pays the omega of its goal at least. The bound is the minimum over all pairs of start and goal.
     """
     starts, goals = roadmap.nodes[roadmap.starts], roadmap.nodes[roadmap.goals]
     away = robot.difference(starts[:, None], goals[None])
@@ -113,7 +112,7 @@ def cost_lower_bound(roadmap: Roadmap, robot: Robot, objective: Objective) -> fl
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class FloorRecord(Record):
-    """Whether the path keeps to the manipulability floor that was asked for."""
+    """The manipulability floor, and whether the path stays above it."""
 
     asked: float
     start: float
@@ -126,20 +125,20 @@ class FloorRecord(Record):
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class ManipulabilityRecord(Record):
-    """Yoshikawa's w, or the measure in its place, sampled densely along the path."""
+    """Yoshikawa's w, or another measure, sampled densely along the path."""
 
     min: float
     mean: float
     rows: str
     """rows of the Jacobian: pose, translation, rotation or planar"""
     measure: str
-    """yoshikawa, or the measure in its place"""
+    """yoshikawa, or another measure"""
     frame: str
     floor: FloorRecord | None = None
 
     @classmethod
     def from_path(cls, robot: Robot, path: Floats, floor: float) -> Self:
-        """w along a path (k, dof), and its ``floor`` where that is above 0."""
+        """Return the record of w along a path (k, dof), with its ``floor`` if that is positive."""
         w, record = path_manipulability(robot, path), None
         if floor > 0:
             start, goal = (float(end) for end in manipulability(robot, path[[0, -1]]))
@@ -172,7 +171,7 @@ class ManipulabilityRecord(Record):
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Conditioning(Record):
-    """Where on the path w is smallest, against what is typical."""
+    """The smallest w of the path compared to the roadmap's median."""
 
     w_min: float
     typical: float
@@ -181,13 +180,13 @@ class Conditioning(Record):
     share: float
     """of the path's length (rad), where w is smallest"""
     reachable_floor: float | None
-    """the highest floor above which a path of the roadmap stays; null where the path is not poor"""
+    """highest floor that a path of the roadmap keeps; null if the path is not poor"""
     advice: str | None
-    """what to try; null where the path is not poor"""
+    """remedies; null if the path is not poor"""
 
 
 def measure_conditioning(robot: Robot, roadmap: Roadmap, path: Floats, quality: PlanQuality) -> Conditioning:
-    """The judgement on a path (k, dof) of ``roadmap``, sampled ``W_ALONG_PATH`` apart, of a plan of ``quality``."""
+    """Return the conditioning of a path (k, dof) of ``roadmap``, sampled ``W_ALONG_PATH`` apart."""
     (along, w), typical = w_along_path(robot, path), float(np.median(roadmap.manipulability))
     lowest = int(w.argmin())
     w_min, share = float(w[lowest]), float(along[lowest] / along[-1]) if along[-1] > 0 else 0.0
@@ -204,7 +203,7 @@ def measure_conditioning(robot: Robot, roadmap: Roadmap, path: Floats, quality: 
 
 
 def _remedies(w_min: float, floor: float, at_ends: list[str], quality: PlanQuality) -> list[str]:
-    """What to try against a smallest w of ``w_min``, which may lie ``at_ends`` of the path."""
+    """Return remedies for the smallest w ``w_min``; ``at_ends`` names the ends where it occurs."""
     tries = []
     if floor > _BETTER * max(w_min, quality.min_manipulability):
         tries.append(f"--min-manipulability {floor:g}, above which a path of this roadmap stays")

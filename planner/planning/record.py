@@ -1,4 +1,4 @@
-"""``plan.json``: the record of a plan, its schema in types and docstrings, and its rows in a table."""
+"""``plan.json``: the record of a plan; types and docstrings are its schema, ``rows`` its table."""
 
 from dataclasses import dataclass
 from typing import Annotated, Any, Self
@@ -20,41 +20,41 @@ from planner.trajectory.measure import CLOSE, NOTHING_NEAR, TOO_CLOSE, TOO_CLOSE
 from planner.trajectory.safe_intervals import TimedRoute
 from planner.trajectory.trajectory import Trajectory
 
-CONDITIONING = "conditioning"  # the row that is there only where it is bad
-_KEPT_APART = 1e-3  # s between two states of a motion at which conditions are measured
+CONDITIONING = "conditioning"  # row of a badly conditioned path
+_SAMPLE_PERIOD = 1e-3  # s between states of a motion at which constraints are measured
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class ClearanceRecord(Record):
-    """The smallest distance (m) to anything that is checked, of pairs that a joint can move."""
+    """Smallest distances (m) of all checked pairs that a joint can move."""
 
     path: Nearest | None
-    """null where there is nothing to come near to"""
+    """null if the scene has no obstacle and the robot no self-pair"""
     motion: Nearest | None
-    """null where there is no motion"""
+    """null without a motion"""
     kept: float
-    """m beyond the margin that every edge kept from which the path was chosen"""
+    """m beyond the margin that all edges of the network keep"""
 
-    def rows(self, asked: float) -> Rows:
-        """The smallest distances, and what is ``kept`` where it is less than was ``asked`` for (m)."""
+    def rows(self, requested: float) -> Rows:
+        """Return rows for the distances, and for ``kept`` if it is less than ``requested`` (m)."""
         if self.path is None:
             return [("clearance", NOTHING_NEAR)]
         text = f"{nearest_text(self.path)} at {100 * self.path.at:.0f} % of the path"
         if self.motion is not None:
             text += f"; {nearest_text(self.motion)} at {self.motion.at:.3f} s of the motion"
-        if 0 < self.kept < asked:
-            kept = f"{1000 * self.kept:.2g} of {1000 * asked:g} mm"
-            text += f". Refined paths keep {kept}: start, goal or a passage leave no more"
+        if 0 < self.kept < requested:
+            kept = f"{1000 * self.kept:.2g} of {1000 * requested:g} mm"
+            text += f". Refined paths keep {kept}: start, goal or a passage allow no more"
         return [("clearance", text), *([(TOO_CLOSE, TOO_CLOSE_TEXT)] if self.is_close else [])]
 
     @property
     def least(self) -> Nearest | None:
-        """The smaller of the distances of path and motion; None where there is nothing to come near to."""
+        """The smaller distance of path and motion; None if no pair is checked."""
         return min((each for each in (self.path, self.motion) if each is not None), key=lambda e: e.min, default=None)
 
     @property
     def is_close(self) -> bool:
-        """Whether something comes closer than ``CLOSE``."""
+        """Whether a distance is below ``CLOSE``."""
         return self.least is not None and self.least.min < CLOSE
 
     @property
@@ -65,38 +65,38 @@ class ClearanceRecord(Record):
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class LengthRecord(Record):
-    """How long the path is."""
+    """Lengths of the path."""
 
     joint: float
     """rad"""
     workspace: float
-    """of the tool's path, m"""
+    """length of the tool's path, m"""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class ConstraintRecord(Record):
-    """How far path and motion stay inside a condition that is kept all along."""
+    """Slack of a path constraint along path and motion, negative if it is violated."""
 
     condition: str
     """as --constraint takes it"""
     unit: str
-    """of the least it has to spare, negative where it is broken"""
+    """unit of the slack"""
     path: float
-    """least to spare along the path, sampled densely"""
+    """smallest slack along the path, sampled densely"""
     path_proven: bool
     motion: float | None
-    """and in motion; null where there is none"""
+    """smallest slack in motion; null without a motion"""
     motion_proven: bool | None
 
     @classmethod
-    def from_path(cls, constraints: PathConstraints, path: Floats, made: Trajectory | None) -> list[Self]:
-        """A record of each condition."""
+    def from_path(cls, constraints: PathConstraints, path: Floats, trajectory: Trajectory | None) -> list[Self]:
+        """Return a record of each constraint, for a path (k, dof) and its motion."""
         if not constraints or not len(path):
             return []
         on_path = constraints.along(dense_path(path), np.stack([path[:-1], np.diff(path, axis=0)], axis=1))
         in_motion = [None] * len(on_path)
-        if made is not None:
-            in_motion = constraints.along(made.sample(_KEPT_APART).positions, made.coefficients)
+        if trajectory is not None:
+            in_motion = constraints.along(trajectory.sample(_SAMPLE_PERIOD).positions, trajectory.coefficients)
         return [
             cls(
                 condition=kept.condition.text,
@@ -120,26 +120,27 @@ class ConstraintRecord(Record):
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class InTimeRecord(Record):
-    """How the motion keeps clear of obstacles that move."""
+    """Timing and proof of a motion among moving obstacles."""
 
     moving: list[str]
     """obstacles along a known motion"""
     waypoints: dict[str, list[float]] | None
-    """``arrivals`` and ``departures`` at the path's waypoints, s from the scene's time 0; null where nothing moves"""
+    """``arrivals`` and ``departures`` at the path's waypoints, s from the scene's time 0; null if no obstacle moves"""
     horizon: dict[str, Any] | None
-    """``free_until``, s, null: at no time, and ``speed_limits``, m/s by obstacle; null where none has one"""
+    """``free_until``, s, null for always, and ``speed_limits``, m/s by obstacle; null if no obstacle has one"""
 
     @classmethod
-    def from_trajectory(cls, scene: Scene, made: Trajectory | None, route: TimedRoute | None) -> Self | None:
-        if made is None or not (scene.moving or scene.limited):
+    def from_trajectory(cls, scene: Scene, trajectory: Trajectory | None, route: TimedRoute | None) -> Self | None:
+        """Return the record of a motion; None without one, or if no obstacle can move."""
+        if trajectory is None or not (scene.moving or scene.limited):
             return None
         times, moving = None, [item.name for item in scene.moving]
         if route is not None:
             times = {"arrivals": route.arrivals.tolist(), "departures": route.departures.tolist()}
-        return cls(moving=moving, waypoints=times, horizon=made.proof.get("horizon"))
+        return cls(moving=moving, waypoints=times, horizon=trajectory.proof.get("horizon"))
 
     def rows(self, proven: bool) -> Rows:
-        """How the motion keeps clear of what moves, and until when what may move cannot touch."""
+        """Return rows for obstacles of known motion, and for those of which only a speed limit is known."""
         rows = []
         if self.waypoints:
             waits = sum(self.waypoints["departures"]) - sum(self.waypoints["arrivals"])
@@ -156,34 +157,34 @@ class InTimeRecord(Record):
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class PlanRecord(RunRecord):
-    """What ``planner plan`` writes as plan.json; units rad, m and s."""
+    """The content of plan.json of ``planner plan``; units rad, m and s."""
 
     reason: Annotated[NoPath, Field(discriminator="kind")] | None
-    """why there is no path"""
+    """why no path was found"""
     path: list[list[float]]
     """joint waypoints, rad (m where a joint slides), start first"""
     path_nodes: Nodes
     """their indices in the roadmap"""
     goal: str | None
-    """which of the goals is reached"""
+    """text of the reached goal"""
     cost: PathCost | None
     quality: QualityRecord | None
     manipulability: ManipulabilityRecord | None
     conditioning: Conditioning | None
-    """where w is smallest, and what to try where it is bad"""
+    """where w is smallest, and remedies if it is too small"""
     path_length: LengthRecord | None
     clearance: ClearanceRecord | None
     trajectory: MotionRecord | None
     constraints: list[ConstraintRecord]
     """what path and motion keep besides limits and clearance"""
     in_time: InTimeRecord | None
-    """null where no obstacle moves or may move, or no motion is"""
+    """null if no obstacle can move, or without a motion"""
     roadmap: RoadmapRecord
     gabf: FieldRecord | None
     tool_path: ToolPathRecord | None = None
     """of ``planner follow`` only"""
     legs: list[LegRecord] | None = None
-    """lines of the tool from the start and to the goal, where --approach or --retreat ask for them"""
+    """tool lines of --retreat from the start and --approach to the goal"""
 
     @property
     def rows(self) -> Rows:

@@ -1,4 +1,4 @@
-"""A plan with everything it was made from, and its files: plan.json, plan.html, roadmap.npz and trajectory.json."""
+"""A plan, its inputs and its files: plan.json, plan.html, roadmap.npz and trajectory.json."""
 
 from __future__ import annotations
 
@@ -57,17 +57,17 @@ from planner.view.motion import ShownPath, path_rows, sample_motion
 from planner.view.page import Page, command_line
 
 Curve: TypeAlias = tuple[tuple[int, float], ...]
-"""(rounds, best cost) of the rounds at a plan's own beta."""
+"""(rounds, best cost) of the refinement at the plan's own beta."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Plan(Result[PlanRecord]):
-    """A plan with everything it was made from; ``path`` (k, dof) and ``path_nodes`` are empty where there is none.
+    """A plan with its inputs; ``path`` (k, dof) and ``path_nodes`` (k,) are empty if no path exists.
 
-    A continuous joint is unwound along the path, so that following it is never a jump. ``layered`` is what the dynamics
-    ran on, where it came so far: the roadmap, or with a manipulability floor the layers of
-    :mod:`planner.search.manipulability_floor`; ``cost_to_go`` is of its nodes. ``goal`` is the text of the goal
-    that is reached, ``alternatives`` the paths of other betas, see :mod:`planner.tradeoff.sweep`.
+    Continuous joints are unwound along the path, so it has no jumps. ``layered`` is the network of the dynamics: the
+    roadmap, or with a manipulability floor the layers of :mod:`planner.search.manipulability_floor`. ``cost_to_go`` is
+    over the nodes of ``layered``. ``goal`` is the text of the reached goal, ``alternatives`` are the paths of other
+    betas, see :mod:`planner.tradeoff.sweep`.
     """
 
     FILES: ClassVar = (ROADMAP_NAME, TRAJECTORY_NAME, PROOF_NAME, PAGE_NAME, JSON_NAME)
@@ -80,30 +80,30 @@ class Plan(Result[PlanRecord]):
     cost_to_go: gabf.CostToGo | None = None
     path: Floats = field(default_factory=lambda: np.zeros((0, 0)))
     path_nodes: Ints = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
-    goal: str | None = None  # the text of the goal that the path reaches
+    goal: str | None = None
     cost: PathCost | None = None
     curve: Curve = ()
-    clearance_kept: float = 0.0  # m beyond the margin, by all edges that the path was chosen from
+    clearance_kept: float = 0.0  # m beyond the margin, of all edges of the network
     edges_removed: int = 0
-    trajectory: Trajectory | None = None  # along the path, where one was asked for
-    route: TimedRoute | None = None  # when each waypoint is reached and left, where obstacles move
+    trajectory: Trajectory | None = None
+    route: TimedRoute | None = None  # arrival and departure at each waypoint, among moving obstacles
     alternatives: tuple[ShownPath, ...] = ()
     tool_path: FollowedPath | None = None
-    legs: tuple[LegRecord, ...] = ()  # lines of the tool that the path begins and ends with, where they were asked for
-    saved: PlanRecord | None = None  # of a plan that was loaded
+    legs: tuple[LegRecord, ...] = ()  # straight tool lines at the ends of the path
+    saved: PlanRecord | None = None  # of a loaded plan
 
     @classmethod
     def load(cls, folder: StrPath, *, robot: RobotLike | None = None, scene: RobotLike | None = None) -> Plan:
-        """The plan in a ``folder``, as it was saved: its path, motion, roadmap, costs and record, in its world.
+        """Load the plan that was saved in ``folder``: path, motion, roadmap, costs and record, in its world.
 
             planner.plan("panda", "shelf").save("out")
             plan = planner.Plan.load("out")
             plan.robot, plan.path, plan.trajectory, planner.check(plan).sentence
 
-        Robot and scene are opened by what ``plan.json`` says; of a plan that was made of objects, give these. Not
-        stored, so None or empty: ``cost_to_go``, ``layered``, ``route``, ``alternatives``, the line of a tool path;
-        ``planner.plan(request=plan.request, roadmap="out/roadmap.npz")`` solves again. Raises :class:`PlannerError` for
-        files that are missing or damaged, and where robot or scene are others now.
+        ``plan.json`` names robot and scene; give them if the plan was made from objects. A file does not hold
+        ``cost_to_go``, ``layered``, ``route``, ``alternatives`` and the line of a tool path: they are None or empty,
+        and ``planner.plan(request=plan.request, roadmap="out/roadmap.npz")`` solves again. Raises
+        :class:`PlannerError` for missing or damaged files, and if robot or scene have changed.
         """
         folder = Path(folder)
         record = read_record(PlanRecord, folder / JSON_NAME)
@@ -149,19 +149,19 @@ class Plan(Result[PlanRecord]):
 
     @cached_property
     def max_error_vs_oracle(self) -> float | None:
-        """The largest error of the cost-to-go against Dijkstra's answer, relative to max(1, |x*|); None without one."""
+        """Largest error of the cost-to-go against Dijkstra's x*, relative to max(1, |x*|); None without a field."""
         field = self.cost_to_go
         return None if field is None else gabf.max_error(field, gabf.oracle(field.network))
 
     @property
     def bounds(self) -> tuple[gabf.Certificate, ...]:
-        """Every bound of the paper that the last run of the dynamics meets."""
+        """Bounds of the paper that apply to the last run of the dynamics."""
         field = self.cost_to_go
         return () if field is None else tuple(gabf.certify(field.network, field.law, field))
 
     @cached_property
     def clearance(self) -> ClearanceRecord | None:
-        """How near path and motion come to anything that is checked; None where there is no path."""
+        """Smallest distances of path and motion to obstacles and to the robot itself; None without a path."""
         if not len(self.path):
             return None
         motion = None if self.trajectory is None else nearest_in_motion(self.trajectory, self.checker)
@@ -169,15 +169,12 @@ class Plan(Result[PlanRecord]):
 
     @property
     def w_along_path(self) -> tuple[Floats, Floats]:
-        """Joint motion (n,) rad from the start and Yoshikawa's w (n,) there, every 0.01 rad; empty without a path.
-
-        s, w = plan.w_along_path
-        """
+        """Joint motion s (n,) rad from the start and Yoshikawa's w (n,) there, every 0.01 rad; empty without a path."""
         return w_along_path(self.robot, self.path) if len(self.path) else (np.zeros(0), np.zeros(0))
 
     @property
     def node_costs(self) -> Floats | None:
-        """The cost-to-go (n,) of the roadmap's nodes, where it came so far; inf for those that came after the field."""
+        """Cost-to-go (n,) of the roadmap's nodes, inf for nodes added after the field; None without a field."""
         if self.layered is None or self.cost_to_go is None:
             return None
         x = self.layered.on_roadmap(self.cost_to_go.x)
@@ -185,7 +182,7 @@ class Plan(Result[PlanRecord]):
 
     @cached_property
     def record(self) -> PlanRecord:
-        """What ``plan.json`` holds; units in rad, m and s."""
+        """The content of ``plan.json``; units in rad, m and s."""
         if self.saved is not None:
             return self.saved
         robot, roadmap, quality, path, cost = self.robot, self.roadmap, self.request.quality, self.path, self.cost
@@ -220,19 +217,19 @@ class Plan(Result[PlanRecord]):
         )
 
     def certify(self) -> Certificate | None:
-        """The plan with its proof, for a checker that trusts no planner; None where there is no path."""
+        """Return a certificate for an independent checker; None without a path."""
         if not self.solved:
             return None
         return make_certificate(self.checker, self.path, self.trajectory, self.request.quality.min_manipulability)
 
     def _write(self, folder: Path) -> None:
-        """Write ``roadmap.npz``, and ``trajectory.json`` where there is a motion, into an empty ``folder``."""
+        """Write ``roadmap.npz``, and ``trajectory.json`` if there is a motion, into an empty ``folder``."""
         save_roadmap(self.roadmap, folder / ROADMAP_NAME)
         if self.trajectory is not None:
             self.trajectory.save(folder / TRAJECTORY_NAME, self.robot.name, self.scene.name)
 
     def page(self) -> str:
-        """The page as HTML text that needs nothing but a browser; without a path the roadmap shows where it stops."""
+        """Return the page as self-contained HTML; without a path the roadmap shows how far planning came."""
         record, (paths, current) = self.record, self.shown_paths()
         q = paths[current].path[0] if paths else self.roadmap.nodes[self.roadmap.starts[0]]
         wrong = (CONDITIONING, TOO_CLOSE)
@@ -254,12 +251,12 @@ class Plan(Result[PlanRecord]):
 
     @property
     def _command(self) -> str:
-        """The command line that makes this plan; it leaves out the options of the motion, which no record holds."""
+        """The command line of this plan, without options of the motion: no record holds them."""
         line = command_line("plan" if isinstance(self.request, PlanRequest) else "follow PATH", self.request)
         return f"{line} --no-timing" if self.solved and self.trajectory is None else line
 
     def shown_paths(self) -> tuple[list[ShownPath], int]:
-        """The alternatives with the plan's own path among them, and which it is; none without a path."""
+        """Return the paths of the page and the index of the plan's own; none without a path."""
         if self.cost is None:
             return [], 0
         beta, shown = self.request.quality.beta, list(self.alternatives)
@@ -268,7 +265,7 @@ class Plan(Result[PlanRecord]):
         motion, near = None if self.trajectory is None else sample_motion(self.trajectory, self.checker), self.clearance
         nearest = None if near is None else near.motion or near.path
         of_path: dict[str, Any] = {"cost_to_go": field, "motion": motion, "nearest": nearest}
-        if self.scene.moving:  # the earliest motion, which no beta has chosen
+        if self.scene.moving:  # beta does not choose the earliest motion
             return [ShownPath(self.path, rows, **of_path)], 0
         for k, other in enumerate(shown):
             assert other.interval is not None
@@ -279,7 +276,7 @@ class Plan(Result[PlanRecord]):
                 choice = None if other.choice is None else other.choice | own
                 shown[k] = ShownPath(self.path, rows, other.interval, costs=costs, choice=choice, **of_path)
                 return shown, k
-        # as good as the others at this one beta, as may be at 0, at 1 and where two intervals meet
-        place = sum(other.interval is not None and other.interval[0] < beta for other in shown)
-        shown.insert(place, ShownPath(self.path, rows, (beta, beta), costs=costs, **of_path))
-        return shown, place
+        # several paths can be optimal at one beta: at 0, at 1, or where intervals meet
+        index = sum(other.interval is not None and other.interval[0] < beta for other in shown)
+        shown.insert(index, ShownPath(self.path, rows, (beta, beta), costs=costs, **of_path))
+        return shown, index

@@ -1,4 +1,4 @@
-"""The path of a plan on its roadmap, or the reason why there is none; its motion, the earliest where obstacles move."""
+"""Solve a plan on its roadmap: path or reason, motion, and the earliest motion among moving obstacles."""
 
 import logging
 from dataclasses import asdict, replace
@@ -28,11 +28,11 @@ from planner.trajectory.timing import time_curve
 from planner.trajectory.trajectory import Trajectory
 
 _log = logging.getLogger(__name__)
-_NODES = 300  # of a roadmap that grows for a reason only
+_NODES = 300  # of a roadmap grown only to explain a failure
 
 
 def solve(draft: Plan, limits: MotionLimits | None, progress: Progress, clock: Stopwatch) -> Plan:
-    """The plan with its path; among moving obstacles with the earliest motion within ``limits``, else with a reason."""
+    """Return the plan with its path, or a reason; among moving obstacles with the earliest motion."""
     solved = find_path(draft, progress, clock)
     if solved.outcome in (Outcome.NO_PATH, Outcome.TOO_SINGULAR):
         with clock("reason"):
@@ -44,7 +44,7 @@ def solve(draft: Plan, limits: MotionLimits | None, progress: Progress, clock: S
 
 
 def find_path(draft: Plan, progress: Progress, clock: Stopwatch) -> Plan:
-    """The path on the edges that keep the plan's clearance; on all, should second checks leave none of those."""
+    """Find the path on edges that keep the plan's clearance, or on all edges if rechecks leave no such path."""
     request = draft.request
     with clock("costs"):
         network = build_network(draft.roadmap, request.quality.objective, draft.clearance_kept)
@@ -53,24 +53,24 @@ def find_path(draft: Plan, progress: Progress, clock: Stopwatch) -> Plan:
     solved = solve_and_heal(draft, network, clock, progress=progress)
     if solved.outcome is Outcome.SOLVED or draft.clearance_kept <= 0:
         return solved
-    left = replace(draft, roadmap=solved.roadmap, edges_removed=solved.edges_removed, clearance_kept=0.0)
-    return find_path(left, progress, clock)
+    remaining = replace(draft, roadmap=solved.roadmap, edges_removed=solved.edges_removed, clearance_kept=0.0)
+    return find_path(remaining, progress, clock)
 
 
 def solve_and_heal(draft: Plan, network: gabf.Network, clock: Stopwatch, progress: Progress = QUIET) -> Plan:
-    """The plan with its field and the cheapest path; edges that fail a second look are removed from its roadmap."""
+    """Return the plan with field and cheapest path; edges that fail a recheck are removed from its roadmap."""
     request, robot = draft.request, draft.checker.robot
     look, floor = make_recheck(draft.checker, draft.roadmap, progress=progress), request.quality.min_manipulability
     with clock("path"):
         paths = RoadmapPaths(draft.roadmap, robot, network, floor, look)
-    found = search(paths, gabf.law_from_name(request.quality.law, request.quality.prescribed_time), clock=clock)
-    steps, failed = found.steps, Outcome.TOO_SINGULAR if floor > 0 else Outcome.NO_PATH
+    result = search(paths, gabf.law_from_name(request.quality.law, request.quality.prescribed_time), clock=clock)
+    steps, failed = result.steps, Outcome.TOO_SINGULAR if floor > 0 else Outcome.NO_PATH
     return replace(
         draft,
         outcome=Outcome.SOLVED if len(steps) else failed,
         roadmap=paths.roadmap,
         layered=paths.layered,
-        cost_to_go=found.field,
+        cost_to_go=result.field,
         path=paths.waypoints(steps),
         path_nodes=frozen(paths.layered.roadmap_node[steps], np.int64),
         cost=path_cost(paths.network, steps) if len(steps) else None,
@@ -78,36 +78,36 @@ def solve_and_heal(draft: Plan, network: gabf.Network, clock: Stopwatch, progres
     )
 
 
-def find_earliest(found: Plan, limits: MotionLimits, progress: Progress) -> Plan:
-    """The earliest motion through the plan's roadmap in place of its path, or the reason why there is none."""
-    none = replace(found, path=found.path[:0], path_nodes=found.path_nodes[:0], goal=None, cost=None)
-    roomy = with_min_clearance(found.roadmap, found.clearance_kept)
-    earliest = earliest_motion(roomy, found.checker, limits, progress)
+def find_earliest(plan: Plan, limits: MotionLimits, progress: Progress) -> Plan:
+    """Return the plan with the earliest motion through its roadmap, or the reason why there is none."""
+    none = replace(plan, path=plan.path[:0], path_nodes=plan.path_nodes[:0], goal=None, cost=None)
+    roomy = with_min_clearance(plan.roadmap, plan.clearance_kept)
+    earliest = earliest_motion(roomy, plan.checker, limits, progress)
     if progress.stopped:
         return replace(none, outcome=Outcome.INTERRUPTED)
-    if earliest is None and found.clearance_kept > 0:
-        return find_earliest(find_path(replace(found, clearance_kept=0.0), progress, Stopwatch()), limits, progress)
+    if earliest is None and plan.clearance_kept > 0:
+        return find_earliest(find_path(replace(plan, clearance_kept=0.0), progress, Stopwatch()), limits, progress)
     if earliest is None:
-        reason = explain_blocked_in_time(found.roadmap, found.checker, limits, progress)
+        reason = explain_blocked_in_time(plan.roadmap, plan.checker, limits, progress)
         return replace(none, outcome=Outcome.NO_PATH, reason=reason)
-    assert found.network is not None  # it was solved
+    assert plan.network is not None  # it was solved
     removed = len(roomy.edges) - len(earliest.roadmap.edges)
     return replace(
-        found,
+        plan,
         roadmap=earliest.roadmap,
-        path=path_waypoints(earliest.roadmap, found.robot, earliest.route.nodes),
+        path=path_waypoints(earliest.roadmap, plan.robot, earliest.route.nodes),
         path_nodes=earliest.route.nodes,
-        cost=path_cost(found.network, earliest.route.nodes),
-        edges_removed=found.edges_removed + removed,
+        cost=path_cost(plan.network, earliest.route.nodes),
+        edges_removed=plan.edges_removed + removed,
         trajectory=earliest.trajectory,
         route=earliest.route,
     )
 
 
 def why_no_path(failed: Plan, progress: Progress = QUIET) -> NoPath | None:
-    """A floor that is too high, or the obstacles that keep the parts of the roadmap apart; None where neither is found.
+    """Return the reason of a failure: a floor that is too high, or obstacles between components; None if unknown.
 
-    A roadmap that grew above a floor holds few paths for lower ones: a small one that grows without it is used instead.
+    A roadmap grown above a floor has few paths below it, so a small roadmap is grown without the floor.
     """
     request, checker, roadmap = failed.request, failed.checker, failed.roadmap
     floor = request.quality.min_manipulability
@@ -122,47 +122,46 @@ def why_no_path(failed: Plan, progress: Progress = QUIET) -> NoPath | None:
         apart = explain_separation(roadmap, checker, progress)
         return None if progress.stopped else apart
     if floor <= 0:
-        return None  # every path fell below its own ends, or failed the second check
+        return None  # every path dips below its ends, or fails a recheck
     network = build_network(roadmap, request.quality.objective)
     return FloorTooHigh(floor, highest_floor(failed.robot, roadmap, network, floor))
 
 
-def time_plan(found: Plan, timing: TimingRequest, limits: MotionLimits | None) -> Trajectory:
-    """The motion along a plan's path."""
-    quality = found.request.quality
-    how = (limits, timing.time_law, quality.min_manipulability, make_timing_cost(found), timing.extra_cost)
-    wanted = (
-        0.0 if found.scene.limited else quality.extra_clearance
-    )  # of obstacles with a speed limit the proof counts the margin
-    kept = min(wanted, found.clearance_kept)
-    clearance = kept if kept > 0 else prove_path_clearance(found.path, found.checker, wanted)
-    made, _ = time_curve(found.path, with_extra_margin(found.checker, clearance), *how)
-    if not made.proven and clearance > 0:
-        made, _ = time_curve(found.path, found.checker, *how)
-    return recheck(made, found.checker)
+def time_plan(plan: Plan, timing: TimingRequest, limits: MotionLimits | None) -> Trajectory:
+    """Return the motion along a plan's path."""
+    quality = plan.request.quality
+    how = (limits, timing.time_law, quality.min_manipulability, make_timing_cost(plan), timing.extra_cost)
+    # proofs against obstacles with a speed limit use the margin only
+    requested = 0.0 if plan.scene.limited else quality.extra_clearance
+    kept = min(requested, plan.clearance_kept)
+    clearance = kept if kept > 0 else prove_path_clearance(plan.path, plan.checker, requested)
+    motion, _ = time_curve(plan.path, with_extra_margin(plan.checker, clearance), *how)
+    if not motion.proven and clearance > 0:
+        motion, _ = time_curve(plan.path, plan.checker, *how)
+    return recheck(motion, plan.checker)
 
 
-def recheck(made: Trajectory, checker: CollisionChecker) -> Trajectory:
-    """A motion after a second look, which takes the proof from one that is seen to touch."""
-    seen = recheck_pieces(checker, made.coefficients)
-    if seen is None:
-        return made
-    t = float(made.times[seen.piece] + seen.s * made.seconds[seen.piece])
-    _log.warning("the motion touches at %.3f s (%s), against its proof: it is not to be run", t, seen.contact)
-    return replace(made, proven=False, proof=made.proof | {"contact": asdict(seen.contact) | {"t": t}})
+def recheck(motion: Trajectory, checker: CollisionChecker) -> Trajectory:
+    """Sample a motion with a second checker; return it, without its proof if a contact is found."""
+    contact = recheck_pieces(checker, motion.coefficients)
+    if contact is None:
+        return motion
+    t = float(motion.times[contact.piece] + contact.s * motion.seconds[contact.piece])
+    _log.warning("the motion touches at %.3f s (%s), against its proof: do not run it", t, contact.contact)
+    return replace(motion, proven=False, proof=motion.proof | {"contact": asdict(contact.contact) | {"t": t}})
 
 
-def make_timing_cost(found: Plan) -> MotionCost:
-    """The objective along motions of any length, charged along them whatever the roadmap charges.
+def make_timing_cost(plan: Plan) -> MotionCost:
+    """Return the objective as an integral along motions, also if the roadmap integrates over nodes.
 
-    Motions in time are priced in short chords, on which the ends and the middle are enough.
+    Motions are priced in short chords, for which both ends and the middle suffice.
     """
-    objective = replace(found.request.quality.objective, cost_integration="edges", floor=0.0)
-    return MotionCost(found.robot, found.roadmap.scale, objective, longest=np.inf, states=3).for_pieces
+    objective = replace(plan.request.quality.objective, cost_integration="edges", floor=0.0)
+    return MotionCost(plan.robot, plan.roadmap.scale, objective, longest=np.inf, states=3).for_pieces
 
 
 def require_earliest(request: PlanRequest, timing: TimingRequest | None = None) -> None:
-    """Refuse options that say how a path is run, or which paths are good, where the earliest motion is asked for."""
+    """Raise :class:`SceneError` for options that the earliest motion among moving obstacles cannot respect."""
     timing, plain = timing or TimingRequest(), TimingRequest()
     given = {
         "--time-law": timing.time_law != plain.time_law,
@@ -173,5 +172,5 @@ def require_earliest(request: PlanRequest, timing: TimingRequest | None = None) 
     }
     for name in (name for name, is_given in given.items() if is_given):
         raise SceneError(
-            f"obstacles move in this scene, and the earliest motion among them takes no {name}: leave it out."
+            f"{name} must be left out where obstacles move, as the plan is the earliest motion: remove it."
         )

@@ -1,1 +1,1 @@
-"""A world that changes: robot, scene and roadmap that live together. Start with :mod:`planner.session.session`."""
+"""Planning in a world that changes. Start with :mod:`planner.session.session`."""

@@ -1,4 +1,4 @@
-"""A robot in a scene that changes: the one world that a session and a gate look at."""
+"""A robot in a scene that changes, shared by sessions and gates."""
 
 import threading
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -27,21 +27,21 @@ _REVISIONS = count()
 
 
 class LiveWorld:
-    """Robot, scene and what the robot carries, as they are now, in the collision checker of this moment.
+    """The current robot, scene and carried objects, in a collision checker.
 
-    A change makes a new checker, or raises :class:`SceneError` and changes nothing; checkers of before stay valid. So
-    one thread may change the world while others work in the world in which they began.
+    A change makes a new checker, or raises :class:`SceneError` and changes nothing. Earlier checkers stay valid, so one
+    thread can change the world while others finish in the world in which they began.
     """
 
     def __init__(self, request: WorldRequest) -> None:
-        """The world that ``request`` names; :class:`PlannerError` for what cannot be loaded."""
+        """Open the world of ``request``; :class:`PlannerError` for unusable input."""
         scene = Scene.load(request.scene)
         checker = make_checker_for(replace(request, scene=replace(scene, carried=())))
         self._changing = threading.Lock()
         self.bare: Robot = checker.robot
-        """The robot without what it carries."""
+        """The robot without carried objects."""
         self.now: tuple[CollisionChecker, int] = checker, next(_REVISIONS)
-        """The checker, and its revision: it grows with every change, and no two worlds of a process share one."""
+        """The checker and its revision, which grows with every change and is unique in the process."""
         self._change(lambda _: resolve_frames(scene, self.bare))
 
     @property
@@ -50,23 +50,23 @@ class LiveWorld:
 
     @property
     def robot(self) -> Robot:
-        """The robot with what it carries."""
+        """The robot with carried objects."""
         return self.checker.robot
 
     @property
     def scene(self) -> Scene:
-        """The scene, with what the robot carries."""
+        """The scene, with carried objects."""
         return self.checker.world.scene
 
     def add(self, obstacle: Obstacle | MovingObstacle | Mapping[str, Any]) -> None:
-        """Put an obstacle into the world, or a dict with its keys, as in :class:`planner.Scene`."""
+        """Add an obstacle, or a dict with its keys as in :class:`planner.Scene`."""
         (item,), notes = build_obstacles([obstacle], "the obstacle")
 
         def add_to(scene: Scene) -> Scene:
             names = {item.name for item in (*scene.obstacles, *scene.carried, *scene.moving)} | self._links()
             if not item.name or item.name in names:
                 raise SceneError(
-                    f"obstacle name '{item.name}' is empty or taken: give one that no obstacle and no link has."
+                    f"obstacle name must be new and not empty, got '{item.name}': choose one without obstacle or link."
                 )
             return replace(scene, obstacles=(*scene.obstacles, item), notes=(*scene.notes, *notes))
 
@@ -79,9 +79,9 @@ class LiveWorld:
         rpy: Iterable[float] | None = None,
         quaternion: Iterable[float] | None = None,
     ) -> None:
-        """Put an obstacle to another pose, as scene files write it; what is left out stays as it is.
+        """Move an obstacle to another pose, in the notation of scene files; omitted values stay.
 
-        A ``position`` that is a pose, (4, 4) or ``pinocchio.SE3``, gives all of it.
+        A ``position`` can be a whole pose, (4, 4) or ``pinocchio.SE3``.
         """
         if is_placement(position):
             return self.put(name, pose(position, rpy, quaternion))  # type: ignore[arg-type]
@@ -96,7 +96,7 @@ class LiveWorld:
         self.put(name, placement)
 
     def put(self, name: str, placement: Floats) -> None:
-        """Put an obstacle to another ``placement`` (4, 4) in the world."""
+        """Move an obstacle to another ``placement`` (4, 4) in the world."""
 
         def place_in(scene: Scene) -> Scene:
             old = _find_obstacle(scene, name)
@@ -106,7 +106,7 @@ class LiveWorld:
         self._change(place_in)
 
     def remove(self, name: str) -> None:
-        """Take an obstacle out of the world."""
+        """Remove an obstacle."""
 
         def remove_from(scene: Scene) -> Scene:
             if name in {item.name for item in scene.moving}:
@@ -120,7 +120,7 @@ class LiveWorld:
         self._change(remove_from)
 
     def attach(self, name: str, frame: str, q: Floats, touch_links: Sequence[str] = ()) -> None:
-        """Let ``frame`` carry an obstacle, as it stands to it in the configuration ``q`` (dof,)."""
+        """Attach an obstacle to ``frame`` at their relative pose in the configuration ``q`` (dof,)."""
         links, q = tuple(touch_links), self._require_configuration(q)
         unknown = sorted(set(links) - self._links())
         if unknown:
@@ -130,8 +130,7 @@ class LiveWorld:
         self._change(lambda scene: attach_object(scene, _find_obstacle(scene, name), self.bare, frame, q, links))
 
     def detach(self, name: str, q: Floats) -> None:
-        """Put down what is carried, where the arm holds it in ``q`` (dof,); what might touch it still may."""
-
+        """Detach a carried object at its pose in ``q`` (dof,); allowed contacts stay allowed."""
         q = self._require_configuration(q)
 
         def put_down(scene: Scene) -> Scene:
@@ -142,7 +141,7 @@ class LiveWorld:
         self._change(put_down)
 
     def restore(self, checker: CollisionChecker) -> None:
-        """Go back to an earlier moment of this world, given by its ``checker``."""
+        """Return to an earlier state of this world, given by its ``checker``."""
         with self._changing:
             self.now = checker, next(_REVISIONS)
 
@@ -153,12 +152,12 @@ class LiveWorld:
         return {body.link for body in self.bare.bodies}
 
     def _change(self, apply: Callable[[Scene], Scene]) -> None:
-        """Make the next checker; :class:`SceneError` where something is put into a link that no joint moves."""
+        """Make the next checker; :class:`SceneError` for a contact that no motion of joints can end."""
         with self._changing:
             before = self.checker
             world, old = before.world, before.world.scene
             scene = apply(old)
-            if _differ_in_poses_only(old, scene):
+            if _has_same_objects(old, scene):
                 world = world.with_placements(scene)
             else:
                 robot = world.robot if scene.carried == old.carried else with_carried(self.bare, scene.carried)
@@ -166,13 +165,13 @@ class LiveWorld:
             checker = type(before)(world, before)
             contact = checker.static_contact
             if contact is not None:
-                sentence = f"after this change {contact} {contact.how(world.margin)}: choose another place."
+                sentence = f"after this change {contact} {contact.how(world.margin)}: choose another pose."
                 raise SceneError(sentence, contact_reason("world", contact))
             self.now = checker, next(_REVISIONS)
 
 
-def _differ_in_poses_only(old: Scene, new: Scene) -> bool:
-    """Whether two scenes differ at most in where their obstacles stand."""
+def _has_same_objects(old: Scene, new: Scene) -> bool:
+    """Whether two scenes differ at most in the poses of their obstacles."""
     if new.carried != old.carried or new.allowed != old.allowed or len(new.obstacles) != len(old.obstacles):
         return False
     pairs = zip(old.obstacles, new.obstacles, strict=True)
@@ -194,4 +193,6 @@ def _find_carried(scene: Scene, name: str) -> Carried:
     for item in scene.carried:
         if item.name == name:
             return item
-    raise SceneError(f"'{name}' is not carried; the arm carries {choices(item.name for item in scene.carried)}.")
+    raise SceneError(
+        f"carried object '{name}' not found; the arm carries {choices(item.name for item in scene.carried)}."
+    )

@@ -1,4 +1,4 @@
-"""A robot, a scene and a roadmap that live together: the world changes, and paths are found again."""
+"""A session: robot, scene and roadmap in a world that changes; plans reuse the roadmap."""
 
 import threading
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
@@ -28,7 +28,7 @@ from planner.robot.moving import MovingObstacle
 from planner.robot.robot import Robot
 from planner.robot.scene import Scene
 from planner.robot.shapes import Obstacle
-from planner.session.live_roadmap import Edges, LiveRoadmap
+from planner.session.live_roadmap import EdgeChanges, LiveRoadmap
 from planner.session.live_world import LiveWorld
 from planner.session.solve import PlanningSettings, SessionPlan, prove_path, raise_if_stopped, solve_query
 from planner.tasks.plan import TaskPlanner
@@ -44,7 +44,7 @@ _OF_TASKS = ("seed", "beta", "collision", "margin", "law", "prescribed_time", "m
 
 
 class Session:
-    """Plans in a world that changes, without beginning anew: most of a roadmap survives a change, and the field heals.
+    """Plan in a world that changes: most of the roadmap survives a change, and the field heals.
 
         session = planner.Session("panda", "shelf", collision="coal")
         session.plan("start", "goal").path
@@ -52,9 +52,9 @@ class Session:
         plan = session.replan()
         plan.path, plan.edges, plan.seconds
 
-    Edges are proven again where a change spends their clearance, and only once a path is to use them. What an obstacle
-    blocks is kept, and regained when it goes. The roadmap grows only where start and goal have come apart. The same
-    calls with the same seed give the same answers. A call that raises leaves the session as it was.
+    A change of the world reduces the clearance of edges; edges without clearance are proven again when a path uses
+    them. Blocked edges stay in memory and return when the obstacle leaves. The roadmap grows only if start and goal are
+    disconnected. Equal calls with equal seeds give equal plans. A call that raises does not change the session.
     """
 
     def __init__(
@@ -67,13 +67,13 @@ class Session:
         join_motions: int | None = None,
         **options: Any,
     ) -> None:
-        """``roadmap``, or its file, of the same joints in any scene; without one the first plan builds it.
+        """Open the world; ``roadmap``, or its file, has the same joints; the first plan builds a missing one.
 
-        ``robot`` and ``scene`` by name, file or as loaded, or the live world of a gate or of another session alone.
-        ``join_motions``: how many motions growth may check before it gives up, 8000 per joint where left out.
-        ``objective`` and ``options`` are those of :func:`planner.plan`, but for ``refinement_rounds``: 0 where left
-        out, so that a plan is there in milliseconds; each round of more refines its path for a good part of a second.
-        Raises :class:`PlannerError` for unusable input, a law that cannot heal included.
+        ``robot`` and ``scene`` are names, files or objects; ``robot`` alone can be the live world of a gate or of
+        another session. ``join_motions`` limits the motions that growth checks, by default 8000 per joint.
+        ``objective`` and ``options`` are those of :func:`planner.plan`, but ``refinement_rounds`` is 0 by default: a
+        plan then takes milliseconds, and each round adds a fraction of a second. Raises :class:`PlannerError` for
+        unusable input, and for a law whose field cannot heal.
         """
         reject_unknown(options, OPTIONS, "a session")
         world: LiveWorld | None = None
@@ -87,7 +87,7 @@ class Session:
         dynamics = gabf.law_from_name(request.quality.law, request.quality.prescribed_time)
         if dynamics.needs_overestimate:
             raise OptionError(
-                f"the {request.quality.law} law needs strict overestimates, so its field cannot heal: take another law."
+                f"law must heal its field, got {request.quality.law}, which needs strict overestimates: take another."
             )
         self._busy, self._closed = threading.Lock(), threading.Event()
         growth = GrowthSettings(join_motions=join_motions, floor=request.quality.min_manipulability)
@@ -98,50 +98,50 @@ class Session:
             given = roadmap if isinstance(roadmap, Roadmap) else load_roadmap(roadmap)
             self._live = self._live.with_foreign_roadmap(given)
         self._last_query: tuple[PlanningSettings, Query] | None = None
-        self._task: tuple[tuple, TaskPlanner] | None = None  # the last one, and what it was asked
-        self._end: Floats | None = None  # where the last path ends
-        self._steps: Ints = np.zeros(0, dtype=np.int64)  # and the nodes it goes over
+        self._task: tuple[tuple, TaskPlanner] | None = None  # the last request, and its planner
+        self._end: Floats | None = None  # end of the last path
+        self._steps: Ints = np.zeros(0, dtype=np.int64)  # nodes of the last path
 
     def __repr__(self) -> str:
         return f"<Session: {self.robot.name} in {self.scene.name}, {self._live.kept or 'no roadmap yet'}>"
 
     @property
     def scene(self) -> Scene:
-        """The scene as it is now, with what the arm carries."""
+        """The current scene, with carried objects."""
         return self.world.scene
 
     @property
     def robot(self) -> Robot:
-        """The robot with what it carries now."""
+        """The current robot, with carried objects."""
         return self.world.robot
 
     @property
     def checker(self) -> CollisionChecker:
-        """The checker of the world as it is now."""
+        """The checker of the current world."""
         return self.world.checker
 
     @property
     def live(self) -> LiveRoadmap:
-        """What is known of every edge in the world as it is now, of blocked ones too."""
+        """The roadmap with all edges, blocked ones too, in the current world."""
         return self._live.move_to_world(self.world.checker)
 
     def close(self) -> None:
-        """End what is under way in another thread, as soon as can be: that call, and every later one, raises."""
+        """Stop a running call of another thread soon; that call and every later one raises."""
         self._closed.set()
 
     @property
     def roadmap(self) -> Roadmap:
-        """Nodes and edges that are proven in the world as it is now; :class:`PlannerError` before the first plan."""
+        """Nodes and edges proven in the current world; :class:`PlannerError` before the first plan."""
         live = self.live
         if live.kept is None:
-            raise PlannerError("the session has no roadmap yet: plan first, or give it one.")
+            raise PlannerError("the session must have a roadmap, got none: plan first, or give one.")
         edges = live.proofs.free
         nodes = np.zeros(len(live.roadmap.nodes), dtype=bool)
         nodes[live.roadmap.edges[edges]] = True
         return live.with_edges(edges).part(nodes, np.ones(int(edges.sum()), dtype=bool))
 
-    def add(self, obstacle: Obstacle | MovingObstacle | Mapping[str, Any]) -> Edges:
-        """Put an obstacle into the world, a dict too; one that moves matters to plans in time only."""
+    def add(self, obstacle: Obstacle | MovingObstacle | Mapping[str, Any]) -> EdgeChanges:
+        """Add an obstacle, or a dict with its keys; moving obstacles affect plans with timing only."""
         return self._change(lambda world: world.add(obstacle))
 
     def move(
@@ -150,28 +150,28 @@ class Session:
         position: Iterable[float] | None = None,
         rpy: Iterable[float] | None = None,
         quaternion: Iterable[float] | None = None,
-    ) -> Edges:
-        """Put the obstacle ``name`` to a ``position`` (m), turned by ``rpy`` (rad) or ``quaternion`` [x, y, z, w].
+    ) -> EdgeChanges:
+        """Move the obstacle ``name`` to a ``position`` (m), turned by ``rpy`` (rad) or ``quaternion`` [x, y, z, w].
 
-        What is left out stays as it is. A pose, (4, 4) or ``pinocchio.SE3``, in place of the position gives all of it.
+        Omitted values stay. A ``position`` can be a whole pose, (4, 4) or ``pinocchio.SE3``.
         """
         return self._change(lambda world: world.move(name, position, rpy, quaternion))
 
-    def remove(self, name: str) -> Edges:
-        """Take the obstacle ``name`` out of the world."""
+    def remove(self, name: str) -> EdgeChanges:
+        """Remove the obstacle ``name``."""
         return self._change(lambda world: world.remove(name))
 
-    def attach(self, name: str, frame: str, touch_links: Sequence[str] = (), at: object = None) -> Edges:
-        """Let ``frame`` carry the obstacle ``name``, which may touch ``touch_links`` and the link itself.
+    def attach(self, name: str, frame: str, touch_links: Sequence[str] = (), at: object = None) -> EdgeChanges:
+        """Attach the obstacle ``name`` to ``frame``; it may touch ``touch_links`` and the link of the frame.
 
-        ``at`` is the state in which the arm takes it; left out, the end of the last path.
+        ``at`` is the robot's state then, by default the end of the last path.
         """
         return self._change(lambda world: world.attach(name, frame, self._resolve_state(at), touch_links))
 
-    def detach(self, name: str, at: object = None) -> Edges:
-        """Let go of what is carried: it stays where the arm holds it, and the links that might touch it still may.
+    def detach(self, name: str, at: object = None) -> EdgeChanges:
+        """Detach a carried object: it stays at its pose, and links that were allowed to touch it stay allowed.
 
-        ``at`` is the state in which the arm lets go; left out, the end of the last path.
+        ``at`` is the robot's state then, by default the end of the last path.
         """
         return self._change(lambda world: world.detach(name, self._resolve_state(at)))
 
@@ -184,31 +184,30 @@ class Session:
         timing: TimingRequest | None = TimingRequest(),  # noqa: B008 (frozen)
         progress: Progress = QUIET,
     ) -> SessionPlan:
-        """A path from ``start`` to ``goal``, written as everywhere, or joint values, and its motion in ``timing``.
+        """Plan from ``start`` to ``goal``, each a target text or joint values; return the path and its motion.
 
-        ``timing`` None gives the path only, in milliseconds. ``beta`` takes the place of the session's own. Raises
-        :class:`StateError` where one of them cannot be used, :class:`OptionError` for a beta out of range, and
-        :class:`PlannerError` once ``progress`` is asked to stop.
+        ``timing`` None returns the path only, in milliseconds. ``beta`` replaces that of the session. Raises
+        :class:`StateError` for an unusable start or goal, :class:`OptionError` for a beta out of range, and
+        :class:`PlannerError` when ``progress`` requests a stop.
 
-        Where obstacles move along known motions the plan is the earliest motion among them, waiting included: from rest
-        at the scene's time 0, along edges from rest to rest, to where the arm can stay. Without ``timing`` they do not
-        matter. Raises :class:`SceneError` then where the session has a floor, which no such motion keeps to.
+        If obstacles move along known motions, the plan is the earliest motion among them, with waits: from rest at the
+        scene's time 0, along edges from rest to rest, to a goal where the arm can stay. Without ``timing`` moving
+        obstacles are ignored. Raises :class:`SceneError` for a session with a floor, which such a motion cannot keep.
         """
         with self._lock():
             planning = self._make_settings(start, goal, beta, timing, progress)
             return self._answer(planning, _resolve(self.checker, planning.request))
 
     def replan(self, *, progress: Progress = QUIET) -> SessionPlan:
-        """The last question again, in the world as it is now; :class:`PlannerError` where none was asked.
+        """Solve the last query again in the current world; :class:`PlannerError` before the first plan.
 
-        Of a start or goal that is a tool position, the configurations stay that are still free. ``progress`` as of
-        :meth:`plan`.
+        Configurations of a start or goal that are still free stay the same. ``progress`` is as in :meth:`plan`.
         """
         with self._lock():
             if self._last_query is None:
-                raise PlannerError("nothing was asked yet: call plan(start, goal) first.")
-            asked, query = self._last_query
-            planning = self._with_stop(asked, progress)
+                raise PlannerError("replan must follow a plan, got none: call plan(start, goal) first.")
+            settings, query = self._last_query
+            planning = self._with_stop(settings, progress)
             checker = self.checker
             query = _keep_free_ends(checker, query) or _resolve(checker, planning.request)
             return self._answer(planning, query)
@@ -222,36 +221,33 @@ class Session:
         progress: Progress = QUIET,
         **options: Any,
     ) -> TaskPlan:
-        """Plan a task, or steps, in the world as it is now: from where the arm is, holding what it holds.
+        """Plan a task, or steps, in the current world, from the current state of arm and hand.
 
-            found = session.task([Pick("mug"), Place("mug", "board", ((0.4, 0.1), (0.7, 0.3))), Move("home")])
+            plan = session.task([Pick("mug"), Place("mug", "board", ((0.4, 0.1), (0.7, 0.3))), Move("home")])
 
-        Of a :class:`planner.Task`, or its file, robot and scene are the session's. ``start`` is where the arm is; left
-        out, the end of the session's last path, and without one where the task begins. What the arm carries may be
-        placed first. ``options`` are fields of :class:`planner.TaskRequest`, in place of the session's. The same
-        question in the same world, from any start and at any beta, is answered on what is known. Raises as
-        :func:`planner.task`, and :class:`SceneError` where the session has a floor, which no task keeps to.
+        Robot and scene are those of the session, also for a :class:`planner.Task` or its file. ``start`` is the state
+        of the arm, by default the end of the last path, or else the start of the task. The first step can place a
+        carried object. ``options`` are fields of :class:`planner.TaskRequest` and replace those of the session. The
+        same task in the same world, from any start and at any beta, reuses its roadmap and proofs. Raises as
+        :func:`planner.task`, and :class:`SceneError` for a session with a floor, which a task cannot keep.
         """
         with self._lock():
             plain = self._planning.request
             if plain.quality.min_manipulability > 0:
-                raise SceneError("the session keeps a floor under manipulability, which no task does: leave it out.")
+                raise SceneError("min_manipulability must be 0 for tasks: make a session without a floor.")
             own = TaskRequest.from_options(**{name: plain.values()[name] for name in _OF_TASKS})
             beta = options.pop("beta", plain.quality.beta)
             request, progress = own.with_options(**options), self._with_stop(self._planning, progress).progress
             q = self._end if start is None else self._resolve_state(start, "start")
-            asked = Task.load(file) if isinstance(file, str | PathLike) else file
-            key = self.scene, asked if isinstance(asked, Task) else tuple(asked), request, q is None
+            task = Task.load(file) if isinstance(file, str | PathLike) else file
+            key = self.scene, task if isinstance(task, Task) else tuple(task), request, q is None
             if self._task is None or self._task[0] != key:
-                self._task = key, TaskPlanner.from_task(_make_task(self.world, asked, q), request, progress)
+                self._task = key, TaskPlanner.from_task(_make_task(self.world, task, q), request, progress)
                 q = None
             return self._task[1].plan(beta, q, timing=timing, progress=progress)
 
     def holds(self) -> bool:
-        """Whether the last answer's path is free in the world as it is now, proven as it was then; quicker than a plan.
-
-        False where there is none.
-        """
+        """Whether the last path is proven free in the current world; faster than a plan. False without a path."""
         with self._lock():
             if not len(self._steps):
                 return False
@@ -267,18 +263,18 @@ class Session:
     def _make_settings(
         self, start: object, goal: object, beta: float | None, timing: TimingRequest | None, progress: Progress
     ) -> PlanningSettings:
-        """How the session plans this question."""
-        plain = self._planning.request
-        beta = plain.quality.beta if beta is None else beta
-        request = plain.with_options(start=start, goal=goal, beta=beta)
+        """Return the settings of a query."""
+        request = self._planning.request
+        beta = request.quality.beta if beta is None else beta
+        request = request.with_options(start=start, goal=goal, beta=beta)
         return self._with_stop(replace(self._planning, request=request, timing=timing), progress)
 
     def _with_stop(self, planning: PlanningSettings, progress: Progress) -> PlanningSettings:
-        """The same, until the session is closed or ``progress`` asks for a stop."""
+        """Return settings that also stop when the session is closed or ``progress`` requests a stop."""
         return replace(planning, progress=Progress(progress, lambda: self._closed.is_set() or progress.stopped))
 
-    def _change(self, apply: Callable[[LiveWorld], None]) -> Edges:
-        """Change the world; what the change means for the roadmap's edges."""
+    def _change(self, apply: Callable[[LiveWorld], None]) -> EdgeChanges:
+        """Change the world; return the changes of the roadmap's edges."""
         with self._lock():
             raise_if_stopped(self._planning.progress)
             before = self.live
@@ -290,14 +286,14 @@ class Session:
         if at is not None:
             return resolve_as_is(read_target(at), self.checker, states_of(self.world.bare, self.scene), role)
         if self._end is None:
-            raise StateError("no path has been planned at whose end the arm stands: say where it is with at=.")
+            raise StateError(f"{role} must be a state if there is no last path: give {role}=.")
         return self._end
 
     @contextmanager
     def _lock(self) -> Iterator[None]:
-        """One call at a time: a second one is refused, it does not wait."""
+        """Refuse a second call while another runs."""
         if not self._busy.acquire(blocking=False):
-            raise PlannerError("the session is busy with another call: wait for that, or make a session per thread.")
+            raise PlannerError("a session runs one call at a time: wait for the other, or make a session per thread.")
         try:
             yield
         finally:
@@ -310,7 +306,7 @@ def _resolve(checker: CollisionChecker, request: PlanRequest) -> Query:
 
 
 def _make_task(world: LiveWorld, what: Task | Sequence[Step], q: Floats | None) -> Task:
-    """A task, or steps, by the robot in the world as it is now, from ``q`` (dof,) where that is given."""
+    """Return a task, or steps, as a task in the current world, from ``q`` (dof,) if given."""
     now = world.checker.world
     scene = replace(now.scene, constraints=AND.join(each.text for each in now.conditions))
     task = what if isinstance(what, Task) else Task(world.bare, scene, tuple(what))
@@ -318,7 +314,7 @@ def _make_task(world: LiveWorld, what: Task | Sequence[Step], q: Floats | None) 
 
 
 def _keep_free_ends(checker: CollisionChecker, query: Query) -> Query | None:
-    """The query's configurations that are free; None where no start or no goal is."""
+    """Return the query with its free configurations; None if no start or no goal is free."""
     starts, goals = (np.array([is_free(checker, q) for q in ends]) for ends in (query.starts, query.goals))
     if not (starts.any() and goals.any()):
         return None

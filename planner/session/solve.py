@@ -1,6 +1,6 @@
-"""From a query to its plan: ends are linked, the field heals, and only if that is of no use the roadmap grows.
+"""Solve a query of a session: link its ends, heal the field, and grow the roadmap if no path is found.
 
-Edges that a change has opened are proven once the field's path uses them; with the first edge that fails those around
+An edge that a change has opened is proven when the field's path uses it. If its proof fails, open edges at the nodes of
 the path are proven too.
 """
 
@@ -19,7 +19,7 @@ from planner.collision import coal_checker, second_checker
 from planner.collision.checker import CollisionChecker
 from planner.collision.recheck import recheck_pieces, straight
 from planner.planning.improvement import improve_roadmap
-from planner.planning.result import Plan
+from planner.planning.result import Curve, Plan
 from planner.planning.solve import find_earliest, require_earliest, time_plan, why_no_path
 from planner.problem.outcome import Outcome
 from planner.problem.request import PlanRequest, TimingRequest
@@ -32,31 +32,31 @@ from planner.roadmap.roadmap import path_waypoints
 from planner.search.manipulability_floor import LayeredNetwork
 from planner.search.network import build_network, edge_rows, path_cost
 from planner.search.search import Found, RoadmapPaths, search
-from planner.session.live_roadmap import Edges, LiveRoadmap, clauses_of
+from planner.session.live_roadmap import EdgeChanges, LiveRoadmap, clauses_of
 from planner.trajectory.limits import MotionLimits
 
-_GUESTS = 0.5  # nodes that came with queries, as a share of the lasting ones: beyond it the oldest ones go
-_MANY = 0.5  # share of the clauses beyond which a checker of them alone gains nothing
+_GUESTS = 0.5  # largest share of nodes of old queries, relative to lasting nodes; the oldest are dropped
+_MANY = 0.5  # share of the clauses beyond which a checker of these alone is not faster
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class SessionPlan(Plan):
-    """A plan of a session; ``path_nodes`` are nodes of its whole roadmap, whose ``edges`` may be open.
+    """A plan of a session; ``path_nodes`` are nodes of its whole roadmap, which can have open edges.
 
-    ``edges``: what became of them for this plan. ``nodes_grown``: by how many nodes the roadmap grew because start and
-    goal had come apart. ``rounds``: how often the field healed.
+    ``edges`` counts the changes of edges during this plan, ``nodes_grown`` the nodes added to connect start and goal,
+    ``rounds`` how often the field healed.
     """
 
-    edges: Edges = field(default_factory=Edges)
+    edges: EdgeChanges = field(default_factory=EdgeChanges)
     nodes_grown: int = 0
     rounds: int = 0
 
 
 @dataclass(frozen=True)
 class PlanningSettings:
-    """How a session plans: what it is asked for, the law of its field, its growth, and how a path becomes a motion.
+    """Settings of a session: request, law of the field, growth, progress, and timing of motions.
 
-    Once ``progress`` is asked to stop, whatever is under way raises :class:`PlannerError`.
+    When ``progress`` requests a stop, the running call raises :class:`PlannerError`.
     """
 
     request: PlanRequest
@@ -67,21 +67,21 @@ class PlanningSettings:
 
 
 def solve_query(live: LiveRoadmap, query: Query, planning: PlanningSettings) -> tuple[LiveRoadmap, SessionPlan]:
-    """The roadmap after a query, and the query's plan, with its motion or the reason why there is no path."""
+    """Solve a query; return the roadmap after it and the plan, with a motion or the reason of a failure."""
     begin, timing = time.perf_counter(), planning.timing
     limits = None if timing is None else MotionLimits.from_robot(live.checker.robot, timing)
     if limits is not None and live.world.scene.moving:
         require_earliest(planning.request, timing)
-        live, made = _find_earliest(live, query, planning, limits)
+        live, plan = _find_earliest(live, query, planning, limits)
     else:
-        live, made = _find_path(live, query, planning)
-        if not made.solved:
-            failed = replace(made, roadmap=live.with_edges(live.proofs.free))
-            made = replace(made, reason=why_no_path(failed, planning.progress))
+        live, plan = _find_path(live, query, planning)
+        if not plan.solved:
+            failed = replace(plan, roadmap=live.with_edges(live.proofs.free))
+            plan = replace(plan, reason=why_no_path(failed, planning.progress))
             raise_if_stopped(planning.progress)
         elif timing is not None:
-            made = replace(made, trajectory=time_plan(made, timing, limits))
-    return live, replace(made, timings={"plan": time.perf_counter() - begin})
+            plan = replace(plan, trajectory=time_plan(plan, timing, limits))
+    return live, replace(plan, timings={"plan": time.perf_counter() - begin})
 
 
 def _find_path(live: LiveRoadmap, query: Query, planning: PlanningSettings) -> tuple[LiveRoadmap, SessionPlan]:
@@ -101,17 +101,17 @@ def _find_path(live: LiveRoadmap, query: Query, planning: PlanningSettings) -> t
             edges.append(searches[-1].live.proofs.since(live.proofs))
     nodes_grown, curve = len(live.roadmap.nodes) - nodes, ()
     if len(searches[-1].steps) and planning.request.quality.rounds:
-        live, found, curve = _refine(_adopt_field(searches[-1]), planning)
-        edges.append(found)
+        live, refined, curve = _refine(_adopt_field(searches[-1]), planning)
+        edges.append(refined)
         searches.append(_search_from(live, planning))
     last, rounds = searches[-1], sum(each.rounds for each in searches)
     live = live if len(live.roadmap.nodes) > len(last.live.roadmap.nodes) else _adopt_field(last)
-    of_session = {"edges": sum(edges, Edges()), "nodes_grown": nodes_grown, "rounds": rounds, "curve": curve}
+    of_session = {"edges": sum(edges, EdgeChanges()), "nodes_grown": nodes_grown, "rounds": rounds, "curve": curve}
     return live, replace(_make_plan(live, last, query, planning.request), **of_session)
 
 
 def _make_plan(live: LiveRoadmap, last: LivePath, query: Query, request: PlanRequest) -> SessionPlan:
-    """What the last search found, as a plan."""
+    """Return the result of the last search as a plan."""
     robot, solved = live.checker.robot, len(last.steps) > 0
     failed = Outcome.TOO_SINGULAR if request.quality.min_manipulability > 0 else Outcome.NO_PATH
     path = path_waypoints(live.roadmap, robot, last.nodes)
@@ -130,12 +130,13 @@ def _make_plan(live: LiveRoadmap, last: LivePath, query: Query, request: PlanReq
     )
 
 
-def _refine(live: LiveRoadmap, planning: PlanningSettings) -> tuple[LiveRoadmap, Edges, tuple[tuple[int, float], ...]]:
-    """With ``refinement_rounds``, as a plan has them, of the best path that is proven, and its best costs."""
+def _refine(live: LiveRoadmap, planning: PlanningSettings) -> tuple[LiveRoadmap, EdgeChanges, Curve]:
+    """Refine the best proven path as a plan does; return the roadmap, counts of edges, and best costs."""
     request, before = planning.request, live.with_edges(live.proofs.free)
-    found = improve_roadmap(before, live.checker, request.quality, request.quality.beta, planning.progress)
+    improvement = improve_roadmap(before, live.checker, request.quality, request.quality.beta, planning.progress)
     raise_if_stopped(planning.progress)
-    return live.enlarge(found.roadmap), Edges(proven=len(found.roadmap.edges) - len(before.edges)), found.curve
+    changes = EdgeChanges(proven=len(improvement.roadmap.edges) - len(before.edges))
+    return live.enlarge(improvement.roadmap), changes, improvement.curve
 
 
 def _build_first_roadmap(live: LiveRoadmap, query: Query, planning: PlanningSettings) -> LiveRoadmap:
@@ -147,7 +148,7 @@ def _build_first_roadmap(live: LiveRoadmap, query: Query, planning: PlanningSett
 
 
 def _drop_old_guests(live: LiveRoadmap) -> LiveRoadmap:
-    """Without the oldest nodes that came with queries, where these have become many."""
+    """Drop the oldest nodes of earlier queries if there are many."""
     n = len(live.roadmap.nodes)
     most, keep = int(_GUESTS * live.lasting), np.ones(n, dtype=bool)
     if n - live.lasting > most:
@@ -155,19 +156,21 @@ def _drop_old_guests(live: LiveRoadmap) -> LiveRoadmap:
     return live if keep.all() else live.without_nodes(keep)
 
 
-def _attach_ends(live: LiveRoadmap, query: Query, planning: PlanningSettings, join: bool) -> tuple[LiveRoadmap, Edges]:
-    """With the query's ends linked, and where ``join`` with what grew to bring them together; what came of edges.
+def _attach_ends(
+    live: LiveRoadmap, query: Query, planning: PlanningSettings, join: bool
+) -> tuple[LiveRoadmap, EdgeChanges]:
+    """Link the query's ends to the roadmap, and with ``join`` grow it until they are connected; count edges.
 
-    Nothing grows before every edge is decided, so what is open counts as free.
+    Open edges count as free, as growth follows only after all edges are decided.
     """
     ends = (live.roadmap.starts, query.starts), (live.roadmap.goals, query.goals)
     if not join and all(np.array_equal(live.roadmap.nodes[nodes], q) for nodes, q in ends):
-        return live, Edges()  # linked already
+        return live, EdgeChanges()  # already linked
     before = live.with_edges(~live.proofs.blocked)
     how = planning.request.quality.seed, planning.growth, planning.progress
     after = attach(before, live.checker, query.starts, query.goals, *how, join=join)
-    raise_if_stopped(planning.progress)  # what is not proven in an attempt that was ended is not blocked
-    return live.enlarge(after), Edges(proven=len(after.edges) - len(before.edges))
+    raise_if_stopped(planning.progress)  # an unfinished proof does not block an edge
+    return live.enlarge(after), EdgeChanges(proven=len(after.edges) - len(before.edges))
 
 
 def _search_from(live: LiveRoadmap, planning: PlanningSettings) -> LivePath:
@@ -176,47 +179,47 @@ def _search_from(live: LiveRoadmap, planning: PlanningSettings) -> LivePath:
     return search_live(live, network, live.x, planning.law, objective.floor, planning.progress)
 
 
-def _adopt_field(found: LivePath) -> LiveRoadmap:
-    return replace(found.live, x=found.x)
+def _adopt_field(path: LivePath) -> LiveRoadmap:
+    return replace(path.live, x=path.x)
 
 
 def _find_earliest(
     live: LiveRoadmap, query: Query, planning: PlanningSettings, limits: MotionLimits
 ) -> tuple[LiveRoadmap, SessionPlan]:
-    """The roadmap after all its edges are decided, and the plan with the earliest motion among what moves."""
+    """Decide all edges; return the roadmap and the plan with the earliest motion among moving obstacles."""
     live, alone = _find_path(live, query, planning)
     live = live.prove(np.flatnonzero(live.proofs.open))
     alone = replace(alone, roadmap=live.with_edges(live.proofs.free))
     if not alone.solved:
         return live, replace(alone, outcome=Outcome.NO_PATH, reason=explain_separation(alone.roadmap, live.checker))
-    found = find_earliest(alone, limits, planning.progress)
+    earliest = find_earliest(alone, limits, planning.progress)
     raise_if_stopped(planning.progress)
-    assert isinstance(found, SessionPlan)  # it is the same plan with another path
-    return live, found
+    assert isinstance(earliest, SessionPlan)  # find_earliest replaces fields of the same plan
+    return live, earliest
 
 
 @dataclass(frozen=True, eq=False)
 class LivePath(Found):
-    """What a search found, and the world with what was proven on the way; ``layered`` is its network."""
+    """The result of a search, and the roadmap with the proofs made for it; ``layered`` is its network."""
 
     live: LiveRoadmap
     layered: LayeredNetwork
 
     @property
     def nodes(self) -> Ints:
-        """The path's nodes (k,) in the roadmap."""
+        """Nodes (k,) of the path in the roadmap."""
         return self.layered.roadmap_node[self.steps]
 
     @property
     def x(self) -> Floats:
-        """The field (n,) over the roadmap's nodes, for the next search to go on from."""
+        """Field (n,) over the roadmap's nodes, the initial field of the next search."""
         return self.field.x[: len(self.live.roadmap.nodes)]
 
 
 def raise_if_stopped(progress: Progress) -> None:
-    """Raise :class:`PlannerError` where the session was closed meanwhile, or its call cancelled."""
+    """Raise :class:`PlannerError` if the session is closed or its call is cancelled."""
     if progress.stopped:
-        raise PlannerError("it was cancelled, or the session is closed: ask again, or make a new one.")
+        raise PlannerError("the call was cancelled, or the session is closed: call again, or make a new session.")
 
 
 def search_live(
@@ -227,9 +230,9 @@ def search_live(
     floor: float = 0.0,
     progress: Progress = QUIET,
 ) -> LivePath:
-    """The cheapest path over edges that are proven now and hold a second look, from the field ``x`` (n,) on.
+    """Find the cheapest path over proven and rechecked edges, starting from the field ``x`` (n,).
 
-    ``network`` is of all the roadmap's edges. Raises :class:`PlannerError` once ``progress`` is asked to stop.
+    ``network`` has all edges of the roadmap. Raises :class:`PlannerError` when ``progress`` requests a stop.
     """
     raise_if_stopped(progress)
 
@@ -241,15 +244,15 @@ def search_live(
 
     paths = RoadmapPaths(live.roadmap, live.checker.robot, network, floor, prove)
     paths.remove(np.flatnonzero(live.proofs.blocked))
-    found = search(paths, law, x, progress=progress)
+    result = search(paths, law, x, progress=progress)
     raise_if_stopped(progress)
-    return LivePath(**vars(found), live=live, layered=paths.layered)
+    return LivePath(**vars(result), live=live, layered=paths.layered)
 
 
 def prove_path(live: LiveRoadmap, steps: Ints, around_too: bool = True) -> tuple[LiveRoadmap, bool]:
-    """The world after what was open of a path over nodes ``steps`` (k,) was proven, and whether all of it holds.
+    """Prove the open edges of a path over nodes ``steps`` (k,); return the roadmap and whether the path is free.
 
-    Where it does not the edges around it are proven, too, unless nothing is to be found in its place.
+    If a proof fails, ``around_too`` also proves the open edges at these nodes, for the next path.
     """
     rows = edge_rows(live.roadmap, steps[:-1], steps[1:])
     live = live.prove(rows[live.proofs.open[rows]])
@@ -271,7 +274,7 @@ def prove_path(live: LiveRoadmap, steps: Ints, around_too: bool = True) -> tuple
 
 
 def _make_second_checker(live: LiveRoadmap, clauses: Bools) -> CollisionChecker:
-    """A second checker that knows at least the pairs of some clauses, and is quicker for knowing few."""
+    """Return a second checker of at least the pairs of ``clauses``; fewer pairs are faster."""
     if clauses.mean() > _MANY or not clauses.any():
         return second_checker(live.checker)
     pairs = clauses[clauses_of(live.world)[1]]

@@ -1,1 +1,1 @@
-"""Something taken and put elsewhere: grasps, paths and placements chosen together, by one field over all modes."""
+"""Pick and place: one field over all modes chooses grasps, paths and placements together."""

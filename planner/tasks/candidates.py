@@ -1,4 +1,4 @@
-"""The candidates of each step: grasps and placements with arm configurations that reach them, and the tool's lines."""
+"""The candidates of each step: grasps and placements with arm configurations, and the tool's lines."""
 
 from collections import Counter
 from collections.abc import Iterable, Sequence
@@ -18,26 +18,26 @@ from planner.query.resolve import resolve
 from planner.robot.robot import Robot
 from planner.robot.scene import Scene
 from planner.robot.shapes import Carried
-from planner.tasks.modes import ARM, BLOCKED, STRAYS, Held, Mode, Modes
+from planner.tasks.modes import ARM, BLOCKED, VIOLATES, HeldObject, Mode, Modes
 from planner.tasks.sampling import generate_grasps, make_placement, place_at, place_in_region, tool_poses
 from planner.tasks.task import Gripper, Line, Move, Pick, Place, Task, TaskError
 
-NO_OBJECT = -1  # in the place of a number of a grasp or a placement
-STEP = 0.05  # m of a line between two solutions; between them the tool leaves the line by about STEP² / 8 / reach
-RELEASE = 5e-3  # m next to a grasp or a placement, on which an object may touch what it stands on
-_JUMP = 0.5  # rad (m): neighbouring solutions farther apart are not of one line
-_APART = 1e-2  # rad: solutions nearer to each other are one
-_SEEDS = 2400  # of inverse kinematics for a step, shared by its grasps or placements
-_FEWEST, _MOST = 12, 100  # for each
-_FEWEST_MORE = 2  # for each placement, with the configurations of its grasp
-_SEED = 0  # of these: the same task has the same solutions, whatever --seed says
-_GOALS = 8  # configurations that a state becomes at most
+NO_OBJECT = -1  # number of the grasp and the placement of a move
+STEP = 0.05  # m between two solutions of a line; the tool deviates from it by about STEP² / 8 / reach
+RELEASE = 5e-3  # m of a line next to a rest, on which an object may touch its support
+_JUMP = 0.5  # rad (m), largest distance of neighbouring solutions of a line
+_APART = 1e-2  # rad, smallest distance of distinct solutions
+_SEEDS = 2400  # of inverse kinematics, for all grasps or placements of a step
+_FEWEST, _MOST = 12, 100  # seeds of each grasp or placement
+_FEWEST_MORE = 2  # of a placement, besides the configurations of its grasp
+_SEED = 0  # of random seeds: the solutions of a task do not depend on --seed
+_GOALS = 8  # configurations of a goal
 
 
 def solve_pose(robot: Robot, pose: Floats, seeds: Floats, most: int, tolerance: Tolerance) -> Floats:
-    """At most ``most`` distinct configurations (k, dof) that bring the tool to ``pose``, best manipulability first.
+    """Solve for at most ``most`` distinct configurations (k, dof) with the tool at ``pose``, best manipulability first.
 
-    From each of the ``seeds`` (n, dof), as :func:`planner.kinematics.inverse.solve_within` finds them.
+    See :func:`planner.kinematics.inverse.solve_within`; ``seeds`` (n, dof) are its initial values.
     """
     ends = _solve(robot, pose, seeds, tolerance)
     best = np.argsort(-manipulability(robot, ends), kind="stable") if len(ends) else slice(0)
@@ -45,7 +45,7 @@ def solve_pose(robot: Robot, pose: Floats, seeds: Floats, most: int, tolerance: 
 
 
 def follow_line(robot: Robot, q: Floats, poses: Floats, tolerance: Tolerance) -> Floats | None:
-    """Configurations (k + 1, dof) from ``q`` on with the tool at ``poses`` (k, 4, 4); None where that needs a jump."""
+    """Return configurations (k + 1, dof) from ``q`` on with the tool at ``poses`` (k, 4, 4); None for a jump."""
     path = [q]
     for pose in poses:
         ends = _solve(robot, pose, path[-1][None], tolerance)
@@ -61,10 +61,10 @@ def _solve(robot: Robot, pose: Floats, seeds: Floats, tolerance: Tolerance) -> F
 
 
 def _line_poses(rest: Floats, line: Line, forward: bool, margin: float) -> Floats:
-    """Poses (k, 4, 4) of the tool from ``rest`` (4, 4) on: back along an approach, or ``forward`` along a retreat.
+    """Return poses (k, 4, 4) of the tool from ``rest`` (4, 4): back along an approach, or ``forward`` on a retreat.
 
-    The first is ``RELEASE`` beyond the ``margin`` (m) away from the rest, or at the line's end where that is nearer,
-    the others up to ``STEP`` apart. One pose at least: without a line it is the rest itself.
+    The first pose is ``RELEASE`` plus ``margin`` (m) from the rest, or at the end of a shorter line; the others are at
+    most ``STEP`` apart. A line of length 0 has one pose, the rest.
     """
     axis = np.array(line.axis) if line.frame == "world" else rest[:3, :3] @ np.array(line.axis)
     first = min(RELEASE + margin, line.distance)
@@ -77,12 +77,12 @@ def _line_poses(rest: Floats, line: Line, forward: bool, margin: float) -> Float
 
 @dataclass(frozen=True, eq=False)
 class Candidate:
-    """One configuration ``rest`` (dof,) of one grasp at one placement, with the lines of the tool to it and off it.
+    """A configuration ``rest`` (dof,) of one grasp at one placement, with the tool's lines to and from it.
 
-    It is joined to the roadmap at both ``ends`` (2, dof). ``motions`` (3,) are numbers of what leads from corner to
-    corner. The corners of a pick are the begin of its approach, the rest, ``RELEASE`` off it, and the end of its
-    retreat; of a placement the begin, ``RELEASE`` before the rest, the rest, and the end. A goal of a move is one
-    corner: it has no motions, its grasp and placement are NOTHING.
+    The roadmap connects to both ``ends`` (2, dof). ``motions`` (3,) number the motions between its four corners: for a
+    pick the start of the approach, the rest, ``RELEASE`` off it, and the end of the retreat; for a placement the start,
+    ``RELEASE`` before the rest, the rest, and the end. A goal of a move has one corner and no motions; its grasp and
+    placement are NO_OBJECT.
     """
 
     grasp: int
@@ -94,46 +94,46 @@ class Candidate:
 
 @dataclass(eq=False)
 class Rejected:
-    """Of how many grasps or placements of a step a configuration was sought, and why the others were rejected."""
+    """Number of grasps or placements tried for a step, and counts of the reasons of rejection."""
 
     of: int = 0
-    strays: int = 0
+    violations: int = 0
     contacts: Counter[str] = field(default_factory=Counter)
-    out_of_reach: list[Floats] = field(default_factory=list)  # where the tool was to be (3,)
+    out_of_reach: list[Floats] = field(default_factory=list)  # requested tool positions (3,)
 
     def count_blocked(self, hits: Iterable[tuple[Candidate, str | None]]) -> None:
-        """Count each grasp at a placement if all its candidates are blocked, by what the first touches; None: free."""
+        """Count the first contact of each grasp at a placement whose candidates are all blocked; None is free."""
         groups: dict[tuple[int, int], list[str | None]] = {}
         for one, hit in hits:
             groups.setdefault((one.grasp, one.place), []).append(hit)
         for first, *others in groups.values():
             if first is not None and None not in others:
-                self.strays += first == STRAYS
-                self.contacts.update({first} - {STRAYS})
+                self.violations += first == VIOLATES
+                self.contacts.update({first} - {VIOLATES})
 
 
 class Candidates:
-    """The candidates of each step of a task, as far as they are not blocked by what all modes share.
+    """The candidates of each step of a task that no fixed obstacle blocks.
 
-    ``steps[k]`` are the candidates of a pick by placement, of a placement by grasp, of a move all by ``NO_OBJECT``.
-    ``first`` is the mode of the beginning.
+    ``steps[k]`` are the candidates of a pick by placement, of a placement by grasp, of a move by ``NO_OBJECT``.
+    ``first`` is the initial mode.
     """
 
     def __init__(self, task: Task, modes: Modes, gripper: Gripper, start: Floats, ik: TaskWorldRequest) -> None:
-        """``start`` (1, dof); ``ik`` configurations of each grasp. What is held from the beginning has a grasp."""
+        """Find the candidates from ``start`` (1, dof); ``ik`` has the options of inverse kinematics."""
         self.task, self.modes, self.gripper, self.start, self._ik = task, modes, gripper, start, ik
         robot = modes.robot
         rng = np.random.default_rng(_SEED)
         self._seeds = np.vstack([start, robot.home, rng.uniform(robot.lower, robot.upper, (_MOST, robot.dof))])
         self.steps: list[dict[int, list[Candidate]]] = []
         self.rejected: list[Rejected] = []
-        self._held = list(range(len(modes.grasps)))  # grasps that are left, of the object that is held
-        self._seeds_of: dict[int, list[Floats]] = {}  # configurations that hold it, by grasp
+        self._held = list(range(len(modes.grasps)))  # remaining grasps of the held object
+        self._seeds_of: dict[int, list[Floats]] = {}  # configurations of each grasp
         stands = [item for name, item in modes.objects.items() if name not in {held.object for held in modes.grasps}]
         for item in stands:
             others = tuple(other for other in stands if other is not item)
             modes.placements.append(make_placement(item, item.placement, modes.checker, others))
-        self._standing = {each.object: [k] for k, each in enumerate(modes.placements)}  # numbers of its placements
+        self._standing = {each.object: [k] for k, each in enumerate(modes.placements)}  # placements by object
         self.first = Mode(tuple(range(len(modes.placements))), self._held[0] if self._held else None)
         for step in task.steps:
             self.rejected.append(Rejected())
@@ -147,7 +147,7 @@ class Candidates:
 
     @property
     def dead_end(self) -> int | None:
-        """The first step (from 0) that nothing is left for."""
+        """The first step (from 0) without candidates."""
         return next((k for k, step in enumerate(self.steps) if not any(step.values())), None)
 
     def _goals(self, number: int, step: Move) -> list[Candidate]:
@@ -161,7 +161,7 @@ class Candidates:
         if step.grasps is None:
             self.modes.grasps += generate_grasps(item.name, item.shape, self.gripper.opening)
         else:
-            given = [Held(item.name, tool, grasp.opening) for grasp in step.grasps for tool in tool_poses(grasp)]
+            given = [HeldObject(item.name, tool, grasp.opening) for grasp in step.grasps for tool in tool_poses(grasp)]
             widest, opens = max(grasp.opening or 0.0 for grasp in given), self.gripper.opening
             if opens is not None and widest > opens + 1e-9:
                 raise TaskError(f"a grasp of '{item.name}' must open at most {opens:g} m, got {widest:g}: narrow it.")
@@ -184,38 +184,38 @@ class Candidates:
         return {g: [one for one in candidates if one.grasp == g] for g in self._held}
 
     def _candidates(self, step: Pick | Place, pairs: Sequence[tuple[int, int]], seeds: dict) -> list[Candidate]:
-        rejected, found, share = self.rejected[-1], [], _SEEDS // max(len(pairs), 1)
+        rejected, candidates, share = self.rejected[-1], [], _SEEDS // max(len(pairs), 1)
         for number, (grasp, place) in enumerate(pairs):
             self.modes.progress("grasps", number, len(pairs))
             rejected.of += 1
             tool = self.modes.placements[place].pose @ self.modes.grasps[grasp].tool
             many = min(max(share, _FEWEST_MORE if grasp in seeds else _FEWEST), _MOST)
             near = np.vstack([*seeds.get(grasp, ()), *self._seeds[:many]])
-            candidates = self._reach(step, grasp, place, tool, near)
-            if not candidates:
+            reachable = self._reach(step, grasp, place, tool, near)
+            if not reachable:
                 rejected.out_of_reach.append(tool[:3, 3])
-            found += candidates
+            candidates += reachable
         self.modes.progress("grasps", len(pairs), len(pairs))
-        return self._unblocked(step, found)
+        return self._remove_blocked(step, candidates)
 
     def _reach(self, step: Pick | Place, grasp: int, place: int, tool: Floats, seeds: Floats) -> list[Candidate]:
-        """The candidates that reach one pose of the tool, whose lines can be followed."""
+        """Return the candidates that reach one pose of the tool, with feasible lines."""
         margin = self.modes.checker.world.margin
         out, away = (_line_poses(tool, *line, margin) for line in ((step.approach, False), (step.retreat, True)))
-        add, robot, found = self.modes.motions.add_path, self.modes.robot, []
+        add, robot, candidates = self.modes.motions.add_path, self.modes.robot, []
         most, tolerance = self._ik.ik_solutions, self._ik.ik_tolerance
-        most = most if isinstance(step, Pick) else max(1, most // 2)  # of a placement there are many
+        most = most if isinstance(step, Pick) else max(1, most // 2)  # there are many pairs of placement and grasp
         for q in solve_pose(robot, tool, seeds, most, tolerance):
             before, after = (follow_line(robot, q, poses, tolerance) for poses in (out, away))
             if before is None or after is None:
                 continue
             before, ends = before[::-1], np.array([before[-1], after[-1]])
-            parts = (before, after[:2], after[1:]) if isinstance(step, Pick) else (before[:-1], before[-2:], after)
-            found.append(Candidate(grasp, place, q, ends, np.array([add(part) for part in parts])))
-        return found
+            lines = (before, after[:2], after[1:]) if isinstance(step, Pick) else (before[:-1], before[-2:], after)
+            candidates.append(Candidate(grasp, place, q, ends, np.array([add(line) for line in lines])))
+        return candidates
 
-    def _unblocked(self, step: Pick | Place, candidates: list[Candidate]) -> list[Candidate]:
-        """Those whose lines the arm can follow among what is fixed, and the empty hand next to the object itself."""
+    def _remove_blocked(self, step: Pick | Place, candidates: list[Candidate]) -> list[Candidate]:
+        """Return the candidates whose lines are free of fixed obstacles, and of the object for the empty hand."""
         if not candidates:
             return candidates
         modes, empty = self.modes, 0 if isinstance(step, Pick) else 2
@@ -226,29 +226,29 @@ class Candidates:
             modes.prove(self._at_object(place), motions[(places == place) & is_open, empty])
         hits = []
         for one in candidates:
-            parts = [(ARM, motion) for motion in one.motions.tolist()]
-            parts.insert(empty + 1, (self._at_object(one.place), parts[empty][1]))
-            hits.append(next((modes.blame[part] for part in parts if part in modes.blame), None))
+            keys = [(ARM, motion) for motion in one.motions.tolist()]
+            keys.insert(empty + 1, (self._at_object(one.place), keys[empty][1]))
+            hits.append(next((modes.blame[key] for key in keys if key in modes.blame), None))
         self.rejected[-1].count_blocked(zip(candidates, hits, strict=True))
         return [one for one, hit in zip(candidates, hits, strict=True) if hit is None]
 
     def _at_object(self, place: int) -> Mode:
-        """The hand going to, or coming from, an object at a placement: of it the gripper's links may touch it."""
+        """Return the mode of the empty hand next to an object, which the gripper's links may touch."""
         return Mode((place,)).allow(*self.at_hand(place))
 
     def at_hand(self, place: int) -> list[tuple[str, str]]:
-        """The gripper's links and an object."""
+        """Return pairs of the gripper's links and an object."""
         return [(link, self.modes.placements[place].object) for link in self.gripper.touch or ()]
 
     def at_rest(self, place: int) -> list[tuple[str, str]]:
-        """An object and what it stands on."""
+        """Return pairs of an object and its supports."""
         return [(self.modes.placements[place].object, on) for on in self.modes.placements[place].supports]
 
 
 def require_sensible(task: Task, scene: Scene) -> Carried | None:
-    """Raise :class:`TaskError` for objects that are not there, and for steps out of order.
+    """Raise :class:`TaskError` for missing objects and wrong order of steps.
 
-    Returns what the scene lets the arm carry, if that is what the task places first.
+    Returns the object that the arm carries in the scene, if the first step places it.
     """
     names = [item.object for item in scene.obstacles]
     handled = next((step for step in task.steps if not isinstance(step, Move)), None)
@@ -260,9 +260,9 @@ def require_sensible(task: Task, scene: Scene) -> Carried | None:
             picks = f"step {k} picks '{step.object}'"
             if step.object not in names:
                 meant, there = suggest_name(step.object, names), choices(names)
-                raise TaskError(f"{picks}{meant}, not in the scene; obstacles are {there}.")
+                raise TaskError(f"{picks}{meant}, not found in the scene; obstacles are {there}.")
             if names.count(step.object) > 1:
-                raise TaskError(f"{picks}, which is several shapes: give one that is one shape.")
+                raise TaskError(f"{picks}, which must be one shape, got several: name one shape.")
             if held is not None:
                 raise TaskError(f"{picks} while '{held}' is held: place that first.")
             held = step.object

@@ -1,4 +1,4 @@
-"""Modes: what stands where and what is held, and what is proven of motions in each, part of the world by part."""
+"""Modes: the poses of objects and the held object, and the proofs of motions in each mode."""
 
 from __future__ import annotations
 
@@ -19,27 +19,28 @@ from planner.tasks.task import TaskError
 OPEN, FREE, BLOCKED = 0, 1, 2
 Pairs = frozenset[frozenset[str]]
 NONE: Pairs = frozenset()
-STRAYS = "strays"  # in the place of two names: what motions keep is not proven of it
+VIOLATES = "violates"  # in place of two names: a constraint is not proven
 
 
 @dataclass(frozen=True)
 class Mode:
-    """Numbers of the placements at which objects stand, of the grasp that holds one, and pairs that may touch."""
+    """Numbers of the placements of standing objects, number of the grasp of the held one, and allowed contacts."""
 
     standing: tuple[int, ...]
     held: int | None = None
     allowed: Pairs = NONE
 
     def allow(self, *pairs: tuple[str, str]) -> Mode:
+        """Return the mode with more allowed contacts."""
         return replace(self, allowed=self.allowed | {frozenset(pair) for pair in pairs})
 
 
-ARM = Mode(())  # among what never moves
+ARM = Mode(())  # the arm among fixed obstacles
 
 
 @dataclass(frozen=True, eq=False)
 class Placement:
-    """Where an object stands, (4, 4) in the world, and on what."""
+    """The pose (4, 4) of a standing object, and its supports."""
 
     object: str
     pose: Floats
@@ -47,10 +48,10 @@ class Placement:
 
 
 @dataclass(frozen=True, eq=False)
-class Held:
-    """An object in the hand: the tool's pose (4, 4) in its frame, and how wide (m) the gripper is, if that is known.
+class HeldObject:
+    """An object in the hand: the tool's pose (4, 4) in its frame, and the opening (m) of the gripper, if known.
 
-    The links ``touch`` may touch it besides the tool's.
+    The link of the tool and the links ``touch`` may touch it.
     """
 
     object: str
@@ -61,29 +62,28 @@ class Held:
 
 @dataclass(eq=False)
 class Modes:
-    """The worlds of all modes of one robot among fixed obstacles, and what is known of motions in them.
+    """The worlds of all modes of one robot among fixed obstacles, and the proofs of motions in them.
 
-    ``checker`` knows the robot without what it picks, among what never moves. A motion is free in a mode where all
-    clauses of the mode are proven. So a mode needs proofs only for pairs that no mode before it had, and a proof is
-    made when a path asks for it.
+    ``checker`` has the robot with an empty hand among fixed obstacles. A motion is free in a mode if all clauses of the
+    mode are proven. Modes share clauses, so only new pairs need a proof, and only when a path uses the motion.
     """
 
     checker: CollisionChecker
     objects: dict[str, Obstacle]
     placements: list[Placement] = field(default_factory=list)
-    grasps: list[Held] = field(default_factory=list)
-    verdicts: dict[Mode, Ints] = field(default_factory=dict)  # by clause: (motions,) of OPEN, FREE, BLOCKED
-    blame: dict[tuple[Mode, int], str] = field(default_factory=dict)  # what a blocked motion touches, or STRAYS
+    grasps: list[HeldObject] = field(default_factory=list)
+    verdicts: dict[Mode, Ints] = field(default_factory=dict)  # (motions,) of OPEN, FREE, BLOCKED by clause
+    blame: dict[tuple[Mode, int], str] = field(default_factory=dict)  # contact of a blocked motion, or VIOLATES
     pieces_proven: int = 0
-    progress: Progress = QUIET  # of proofs, which a request to stop leaves whole
+    progress: Progress = QUIET  # a requested stop does not interrupt a proof
 
     def __post_init__(self) -> None:
         self.robot = self.checker.robot
         self.motions = Motions(self.robot)
-        self._provers = {ARM: EdgeProver(self.checker, self.progress, "proofs")}  # of what all motions keep too
+        self._provers = {ARM: EdgeProver(self.checker, self.progress, "proofs")}  # includes constraints of all motions
 
     def take(self, item: Carried) -> int:
-        """Let the arm hold something from the beginning: the number of its grasp."""
+        """Add an object that the arm holds at the start; return the number of its grasp."""
         robot, holder = self.robot, frame_of_carried(self.robot, item)
         tool = robot.model.frames[robot.tool_id]
         if holder.parentJoint != tool.parentJoint:
@@ -92,29 +92,29 @@ class Modes:
         at = tool_pose(robot, robot.home).homogeneous @ in_hand
         self.objects[item.name] = Obstacle(item.name, item.shape, at)
         touch = (item.link, *item.touch_links)
-        self.grasps.append(Held(item.name, np.linalg.inv(in_hand), touch=touch))
+        self.grasps.append(HeldObject(item.name, np.linalg.inv(in_hand), touch=touch))
         return len(self.grasps) - 1
 
     def clauses(self, mode: Mode) -> list[Mode]:
-        """What has to be proven of a motion in ``mode``, each a mode in which one thing stands at most.
+        """Return the clauses of a motion in ``mode``, each a mode with at most one standing object.
 
-        The arm among what is fixed, which is the same for all; the arm against each object that stands; what is held
-        against arm and fixed obstacles, and against each object that stands.
+        They are the arm among fixed obstacles; the arm against each standing object; the held object against arm and
+        fixed obstacles, and against each standing object.
         """
 
-        def among(name: str) -> Pairs:
+        def allowed_of(name: str) -> Pairs:
             return frozenset(pair for pair in mode.allowed if name in pair)
 
-        beside = {at: among(self.placements[at].object) for at in mode.standing}
-        found = [ARM, *(Mode((at,), None, pairs) for at, pairs in beside.items())]
+        allowed = {at: allowed_of(self.placements[at].object) for at in mode.standing}
+        clauses = [ARM, *(Mode((at,), None, pairs) for at, pairs in allowed.items())]
         if mode.held is not None:
-            mine = among(self.grasps[mode.held].object)
-            found.append(Mode((), mode.held, mine.difference(*beside.values())))
-            found += [Mode((at,), mode.held, mine & pairs) for at, pairs in beside.items()]
-        return found
+            mine = allowed_of(self.grasps[mode.held].object)
+            clauses.append(Mode((), mode.held, mine.difference(*allowed.values())))
+            clauses += [Mode((at,), mode.held, mine & pairs) for at, pairs in allowed.items()]
+        return clauses
 
     def checker_of(self, mode: Mode) -> CollisionChecker:
-        """A checker of all that is there in a mode."""
+        """Return the checker of the world of a mode."""
         return self._make_checker(mode, self.checker.world.conditions)
 
     def _make_checker(self, mode: Mode, conditions: tuple[Condition, ...] = (), fixed: bool = True) -> CollisionChecker:
@@ -130,7 +130,7 @@ class Modes:
         return type(self.checker)(replace(base.among(scene, robot), conditions=conditions), self.checker)
 
     def _prover(self, clause: Mode) -> EdgeProver:
-        """A prover of a clause's own pairs: those of what stands, and of the last body, which is the one held."""
+        """Return a prover of the pairs of a clause: with the standing object, and with the last body, the held one."""
         if clause not in self._provers:
             checker = self._make_checker(clause, fixed=not clause.standing)
             world, last = checker.world, len(checker.world.bodies) - 1
@@ -141,14 +141,14 @@ class Modes:
         return self._provers[clause]
 
     def known(self, clause: Mode) -> Ints:
-        """(motions,) what is known of motions in a clause."""
+        """Return OPEN, FREE or BLOCKED (motions,) in a clause."""
         have = self.verdicts.get(clause, np.zeros(0, dtype=np.int64))
         if len(have) < self.motions.count:
             have = self.verdicts[clause] = np.append(have, np.zeros(self.motions.count - len(have), dtype=np.int64))
         return have
 
     def prove(self, clause: Mode, numbers: Ints) -> None:
-        """Prove what is open of the motions ``numbers`` (k,) in a clause."""
+        """Prove the open ones of the motions ``numbers`` (k,) in a clause."""
         known = self.known(clause)
         todo = np.unique(numbers[known[numbers] == OPEN])
         if not len(todo):
@@ -161,10 +161,10 @@ class Modes:
             known[owner[k]] = BLOCKED
             pair = int(proofs.pair[k])
             contact = prover.static_contact if pair < 0 else prover.world.contact(pair)
-            self.blame.setdefault((clause, int(owner[k])), STRAYS if contact is None else str(contact))
+            self.blame.setdefault((clause, int(owner[k])), VIOLATES if contact is None else str(contact))
 
     def why(self, mode: Mode, motion: int) -> str | None:
-        """What a motion touches in a mode, or ``STRAYS``; None where nothing is known to block it."""
+        """Return the contact of a motion in a mode, or ``VIOLATES``; None if it is not blocked."""
         return next((self.blame[c, motion] for c in self.clauses(mode) if (c, motion) in self.blame), None)
 
 
@@ -173,16 +173,16 @@ class Motions:
 
     def __init__(self, robot: Robot) -> None:
         self.robot, self.count = robot, 0
-        self._added: list[tuple[Floats, Floats, Ints]] = []  # starts and deltas of pieces, and how many a motion has
-        self._first = np.zeros(1, dtype=np.int64)  # piece of each motion, and how many pieces there are
+        self._added: list[tuple[Floats, Floats, Ints]] = []  # starts and deltas of pieces, number per motion
+        self._first = np.zeros(1, dtype=np.int64)  # first piece of each motion, and the number of pieces
 
     def add_path(self, corners: Floats) -> int:
-        """A motion through ``corners`` (k, dof), its number; one of a single corner stays there."""
+        """Add a motion through ``corners`` (k, dof) and return its number; a single corner is a rest."""
         corners = corners if len(corners) > 1 else np.vstack([corners, corners])
         return int(self._add(corners[:-1], np.diff(corners, axis=0), np.array([len(corners) - 1]))[0])
 
     def add_edges(self, start: Floats, end: Floats) -> Ints:
-        """Straight motions between configurations (k, dof), their numbers (k,)."""
+        """Add straight motions between configurations (k, dof) and return their numbers (k,)."""
         return self._add(start, self.robot.difference(start, end), np.ones(len(start), dtype=np.int64))
 
     def _add(self, start: Floats, delta: Floats, counts: Ints) -> Ints:
@@ -191,7 +191,7 @@ class Motions:
         return np.arange(self.count - len(counts), self.count)
 
     def select(self, motions: Ints) -> tuple[Floats, Floats, Ints]:
-        """The pieces of ``motions``, starts and deltas (p, dof), and which motion each belongs to."""
+        """Return starts and deltas (p, dof) of the straight pieces of ``motions``, and the motion of each."""
         if len(self._first) <= self.count:
             start, delta, counts = map(np.concatenate, zip(*self._added, strict=True))
             self._added, self._first = [(start, delta, counts)], cumulative_sums(counts)
@@ -200,6 +200,6 @@ class Motions:
         return start[rows], delta[rows], np.repeat(motions, counts[motions])
 
     def corners(self, motion: int) -> Floats:
-        """The corners (k, dof) of a motion."""
+        """Return the corners (k, dof) of a motion."""
         start, delta, _ = self.select(np.array([motion]))
         return np.vstack([start, start[-1:] + delta[-1:]])

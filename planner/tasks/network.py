@@ -1,10 +1,9 @@
-"""One network over all modes, and the cheapest proven way through it.
+"""One network over all modes, and its cheapest proven path.
 
-The roadmap stands in it once for each mode, joined where a grasp or a placement is the same in two. The layers share
-nodes, edges and costs; what differs is what has to be proven of an edge. An arc is proven in its mode once the field's
-path uses it. No arc but a refused one ever goes, so the path costs exactly what the cheapest of all combinations of
-grasp, configuration, path and placement costs, planned one by one on the same roadmaps; see
-:mod:`planner.search.search`.
+The network has one layer of the roadmap per mode; grasps and placements connect the layers. Layers share nodes, edges
+and costs; only the proofs of an edge differ. An arc is proven in its mode when the field's path uses it. Only refused
+arcs are removed, so the path is optimal over all combinations of grasp, configuration, path and placement on these
+roadmaps; see :mod:`planner.search.search`.
 """
 
 from __future__ import annotations
@@ -31,16 +30,16 @@ from planner.tasks.modes import ARM, BLOCKED, FREE, OPEN, Mode, Modes, Motions
 from planner.tasks.task import TaskError
 from planner.tradeoff.envelope import EnvelopeSearch, SupportInterval, support_intervals
 
-NEIGHBOURS = 10  # nodes of the roadmap that each end of a line is joined to
+NEIGHBOURS = 10  # nodes of the roadmap connected to each end of a line
 MOST_NODES = 3_000_000  # of the network
 TRANSIT, APPROACH, RETREAT = 0, 1, 2
-_AT_ONCE = 2000  # open motions of a clause that are proven once one of them is refused
+_AT_ONCE = 2000  # open motions of a clause that one refusal proves at most
 _COLUMNS = ("tails", "heads", "motion", "mode", "leg")  # of arcs
 
 
 @dataclass(frozen=True, eq=False)
 class Transition:
-    """A mode left and another entered by a candidate of a step, or a goal reached; its nodes are first to last."""
+    """A change of mode by a candidate of a step, or a reached goal; its nodes are ``first`` to ``last``."""
 
     step: int
     candidate: Candidate
@@ -52,9 +51,9 @@ class Transition:
 class TaskNetwork:
     """``tails``, ``heads``, ``motion``, ``mode`` and ``leg`` (arcs,) in the order of the network's arcs.
 
-    Nodes are those of the roadmap in layer after layer, ``layered`` of them, then the corners of every transition, and
-    perhaps another start. ``leg`` is 3 step + TRANSIT, APPROACH or RETREAT. ``costs`` (arcs, 2) are what an arc adds to
-    Omega and D of eq. (finew). ``reaches`` (nodes,) is the step that a node is on its way to.
+    Nodes are ``layered`` nodes of the roadmap, layer by layer, then the corners of all transitions, and optionally
+    another start. ``leg`` is 3 step + TRANSIT, APPROACH or RETREAT. ``costs`` (arcs, 2) are the terms Omega and D of
+    eq. (finew). ``reaches`` (nodes,) is the next step of each node.
     """
 
     nodes: int
@@ -72,7 +71,7 @@ class TaskNetwork:
     reaches: Ints
 
     def at_beta(self, beta: float) -> gabf.Network:
-        """The network of eq. (finew) at ``beta``, the manipulability cost charged along edges; its arcs are these."""
+        """Return the network of eq. (finew) at ``beta``, with these arcs and costs integrated over edges."""
         return gabf.Network.from_arcs(
             self.tails,
             self.heads,
@@ -85,18 +84,18 @@ class TaskNetwork:
 
     @cached_property
     def of_mode(self) -> list[Ints]:
-        """The arcs of each mode."""
+        """Arcs of each mode."""
         order = np.argsort(self.mode, kind="stable")
         return np.split(order, np.searchsorted(self.mode[order], np.arange(1, len(self.modes))))
 
     def corners(self, motions: Motions, arc: int) -> Floats:
-        """The corners (k, dof) of an arc's motion from its tail to its head; edges have one motion for both ways."""
-        found = motions.corners(int(self.motion[arc]))
-        return found[::-1] if self.layered > self.tails[arc] > self.heads[arc] else found
+        """Return the corners (k, dof) of an arc's motion from tail to head; both directions of an edge share one."""
+        corners = motions.corners(int(self.motion[arc]))
+        return corners[::-1] if self.layered > self.tails[arc] > self.heads[arc] else corners
 
     def with_start(self, modes: Modes, roadmap: Roadmap, q: Floats, objective: Objective) -> TaskNetwork:
-        """The same from another start ``q`` (dof,), joined to its neighbours in the first layer."""
-        near = np.sort(_find_nearest(roadmap, modes.robot, q[None])[0])  # arcs in the order of the network
+        """Return the network with another start ``q`` (dof,), connected to neighbours in the first layer."""
+        near = np.sort(_find_nearest(roadmap, modes.robot, q[None])[0])  # in the network's order of arcs
         motion = modes.motions.add_edges(np.repeat(q[None], len(near), axis=0), roadmap.nodes[near])
         arcs = dict(zip(_COLUMNS, _arcs(self.nodes, near, motion, 0, TRANSIT), strict=True))
         more = {name: np.append(getattr(self, name), rows) for name, rows in arcs.items()}
@@ -106,12 +105,12 @@ class TaskNetwork:
 
 
 def _arcs(*columns: Ints | int) -> Ints:
-    """The five columns (5, k) of some arcs, of which one may be the same in all."""
+    """Return the five columns (5, k) of arcs; scalars are repeated."""
     return np.stack(np.broadcast_arrays(*columns)).reshape(len(_COLUMNS), -1)
 
 
 def build_task_network(candidates: Candidates, roadmap: Roadmap, objective: Objective) -> TaskNetwork:
-    """The network of a task's candidates over the nodes and edges of ``roadmap``, whose first start is the task's."""
+    """Build the network of a task's candidates over ``roadmap``, whose first start is that of the task."""
     modes, (first, second), n = candidates.modes, roadmap.edges.T, len(roadmap.nodes)
     along = modes.motions.add_edges(roadmap.nodes[first], roadmap.nodes[second])
     modes.known(ARM)[along[roadmap.proven]] = FREE
@@ -127,18 +126,18 @@ def build_task_network(candidates: Candidates, roadmap: Roadmap, objective: Obje
         (stage, mode), (near_in, there, near_out, off) = layers[layer], joints[id(candidate)]
         last = node + len(candidate.motions)
         arcs.append(_arcs(layer * n + near_in, node, there, number[mode], 3 * stage))
-        for k, (part, leg) in enumerate(_lines(candidates, mode, candidate)):
-            part_number = number.setdefault(part, len(number))
-            arcs.append(_arcs(node + k, node + k + 1, candidate.motions[k], part_number, 3 * stage + leg))
+        for k, (line_mode, leg) in enumerate(_lines(candidates, mode, candidate)):
+            mode_number = number.setdefault(line_mode, len(number))
+            arcs.append(_arcs(node + k, node + k + 1, candidate.motions[k], mode_number, 3 * stage + leg))
         if after is None:
             goals.append(last)
         else:
             arcs.append(_arcs(last, after * n + near_out, off, number[layers[after][1]], 3 * stage + 3))
         transitions.append(Transition(stage, candidate, node, last))
         node = last + 1
-        reaches.append(np.append(np.full(len(candidate.motions), stage), stage + 1))  # its last is behind the step
+        reaches.append(np.append(np.full(len(candidate.motions), stage), stage + 1))  # the last node is behind the step
     columns = np.concatenate(arcs, axis=1)
-    columns = columns[:, np.argsort(columns[0] * node + columns[1], kind="stable")]  # as the network has them
+    columns = columns[:, np.argsort(columns[0] * node + columns[1], kind="stable")]  # the network's order of arcs
     costs = _compute_costs(modes, roadmap, objective, np.arange(modes.motions.count))
     return TaskNetwork(
         nodes=node,
@@ -154,21 +153,25 @@ def build_task_network(candidates: Candidates, roadmap: Roadmap, objective: Obje
 
 
 def _connect_ends(candidates: Candidates, roadmap: Roadmap) -> dict[int, tuple[Ints, Ints, Ints, Ints]]:
-    """By the id of a candidate: neighbours of its begin and motions from there, of its end and motions to there."""
-    listed = [o for step in candidates.steps for found in step.values() for o in found]
-    flat, robot, motions = np.concatenate([o.ends for o in listed]), candidates.modes.robot, candidates.modes.motions
+    """Return by id of a candidate: neighbours of its first corner and motions from them; and of its last corner."""
+    listed = [one for step in candidates.steps for ones in step.values() for one in ones]
+    flat, robot, motions = (
+        np.concatenate([one.ends for one in listed]),
+        candidates.modes.robot,
+        candidates.modes.motions,
+    )
     near = _find_nearest(roadmap, robot, flat)
     theirs, mine = roadmap.nodes[near].reshape(-1, robot.dof), np.repeat(flat, near.shape[1], axis=0)
     there, off = (motions.add_edges(*pair).reshape(near.shape) for pair in ((theirs, mine), (mine, theirs)))
     ends = zip(near[::2], there[::2], near[1::2], off[1::2], strict=True)
-    return {id(candidate): found for candidate, found in zip(listed, ends, strict=True)}
+    return {id(candidate): joints for candidate, joints in zip(listed, ends, strict=True)}
 
 
 def _layers(candidates: Candidates, n: int) -> tuple[list[tuple[int, Mode]], list[tuple[int, Candidate, int | None]]]:
-    """All modes before a step (from 0), and the transitions: a layer, a candidate, the layer after."""
+    """Return all pairs of step (from 0) and mode, and transitions as layer, candidate, next layer."""
     layers, crossings = {(0, candidates.first): 0}, []
     queue = list(layers)
-    for stage, mode in queue:  # to which the transitions add
+    for stage, mode in queue:  # transitions append to it
         for key in (NO_OBJECT, *(mode.standing if mode.held is None else (mode.held,))):
             for candidate in candidates.steps[stage].get(key, ()):
                 after = stage + 1, _after(mode, candidate)
@@ -183,7 +186,7 @@ def _layers(candidates: Candidates, n: int) -> tuple[list[tuple[int, Mode]], lis
 
 
 def _lines(candidates: Candidates, mode: Mode, candidate: Candidate) -> list[tuple[Mode, int]]:
-    """The mode and the leg of each of the motions between a candidate's corners."""
+    """Return mode and leg of each motion between a candidate's corners."""
     if candidate.place == NO_OBJECT:
         return []
     after, place = _after(mode, candidate), candidate.place
@@ -194,7 +197,7 @@ def _lines(candidates: Candidates, mode: Mode, candidate: Candidate) -> list[tup
 
 
 def _after(mode: Mode, candidate: Candidate) -> Mode:
-    """The mode behind a candidate: what stood is held, what was held stands, or as it was."""
+    """Return the mode after a candidate: picked, placed, or unchanged."""
     if candidate.place == NO_OBJECT:
         return mode
     if mode.held is None:
@@ -203,12 +206,12 @@ def _after(mode: Mode, candidate: Candidate) -> Mode:
 
 
 def _find_nearest(roadmap: Roadmap, robot: Robot, ends: Floats) -> Ints:
-    """The nodes (k, ``NEIGHBOURS``) of the roadmap nearest to ``ends`` (k, dof)."""
+    """Return the nodes (k, ``NEIGHBOURS``) of the roadmap nearest to ``ends`` (k, dof)."""
     return find_nearest(robot, roadmap.nodes, ends, min(NEIGHBOURS, len(roadmap.nodes)))[1]
 
 
 def _compute_costs(modes: Modes, roadmap: Roadmap, objective: Objective, motions: Ints) -> Floats:
-    """(k, 2) Omega and D of motions as :func:`planner.search.network.build_network` charges edges, piece by piece."""
+    """Return Omega and D (k, 2) of motions, as :func:`planner.search.network.build_network` for edges."""
     start, delta, owner = modes.motions.select(motions)
     robot, length = modes.robot, np.linalg.norm(delta, axis=1)
     tool = tool_path_lengths(robot, start, delta) if objective.metric == "workspace" else length
@@ -221,13 +224,13 @@ def _compute_costs(modes: Modes, roadmap: Roadmap, objective: Objective, motions
 
 
 class LazySearch:
-    """The search of a network of modes at one beta after another; ``refused`` (arcs,) are its arcs without a proof.
+    """Search a network over modes at several betas; ``refused`` (arcs,) are arcs whose proof failed.
 
-    It is a :class:`planner.search.search.LazyNetwork` of the network ``whole`` at the beta asked last. ``fields`` are
-    what earlier searches at each beta have found, of the nodes that all networks of a task have.
+    A :class:`planner.search.search.LazyNetwork` of the network ``complete`` at the last beta. ``fields`` are the
+    fields of earlier searches by beta, over the nodes common to all networks of a task.
     """
 
-    whole: gabf.Network
+    complete: gabf.Network
 
     def __init__(
         self, modes: Modes, network: TaskNetwork, law: gabf.Law, fields: dict[float, Floats] | None = None
@@ -244,35 +247,35 @@ class LazySearch:
 
     @property
     def network(self) -> gabf.Network:
-        """The arcs that are not refused."""
-        return self.whole.without_arcs(np.flatnonzero(self.refused))
+        """The network without refused arcs."""
+        return self.complete.without_arcs(np.flatnonzero(self.refused))
 
     @property
     def starts(self) -> Ints:
-        """The one start."""
+        """The start, as an array (1,)."""
         return np.array([self.tasks.start])
 
     def path(self, beta: float, progress: Progress = QUIET) -> tuple[Found, Ints]:
-        """The cheapest proven path from the start at ``beta`` and its arcs (k,), none where there is no path."""
-        self.whole = self.tasks.at_beta(beta)
+        """Return the cheapest proven path at ``beta`` and its arcs (k,), empty without a path."""
+        self.complete = self.tasks.at_beta(beta)
         near = min(self.fields, key=lambda known: abs(known - beta), default=None)
         report = progress.with_report(lambda _, done, total: progress("modes", done, total))
-        found = search(self, self.law, None if near is None else self.fields[near], progress=report)
-        if len(found.steps):
-            self.fields[beta] = found.field.x[: self.tasks.transitions[-1].last + 1]
-        return found, self.whole.arcs_along(found.steps)
+        result = search(self, self.law, None if near is None else self.fields[near], progress=report)
+        if len(result.steps):
+            self.fields[beta] = result.field.x[: self.tasks.transitions[-1].last + 1]
+        return result, self.complete.arcs_along(result.steps)
 
-    def pieces(self) -> list[SupportInterval]:
-        """Every path that some beta makes the cheapest proven one, with its interval of beta; none for no path."""
-        self.whole = self.tasks.at_beta(0.5)
+    def intervals(self) -> list[SupportInterval]:
+        """Return all paths that are optimal for some beta, with their intervals of beta; empty without a path."""
+        self.complete = self.tasks.at_beta(0.5)
         envelope = EnvelopeSearch(self, self.law)
         while not envelope.is_done:
             envelope.step()
         return support_intervals(envelope.supports)
 
     def holds(self, steps: Ints) -> bool:
-        """Whether a path is proven and holds a second look; if not, what is refused of it, and more, is gone."""
-        arcs = self.whole.arcs_along(steps)
+        """Prove and recheck a path; return whether it is free, and refuse its blocked arcs and others."""
+        arcs = self.complete.arcs_along(steps)
         for mode in np.unique(self.tasks.mode[arcs]).tolist():
             mine = arcs[self.tasks.mode[arcs] == mode]
             for clause in self.modes.clauses(self.tasks.modes[mode]):
@@ -283,7 +286,7 @@ class LazySearch:
         return not self.refused[arcs].any() and self._looks_free(arcs)
 
     def _prove_more(self, clause: Mode, mode: int, arcs: Ints) -> None:
-        """Prove more of a mode's motions in a clause that has refused some ``arcs``: all, or those at their nodes."""
+        """Prove all motions of a mode in a clause that has refused some ``arcs``, or if many, those at their nodes."""
         net, mine = self.tasks, self.tasks.of_mode[mode]
         mine = mine[(self.modes.known(clause)[net.motion[mine]] == OPEN) & ~self.refused[mine]]
         if len(mine) > _AT_ONCE:
@@ -292,25 +295,25 @@ class LazySearch:
         self.modes.prove(clause, net.motion[mine])
 
     def _refuse(self, clause: Mode) -> None:
-        """The arcs that a clause blocks are refused in all modes that have it."""
+        """Refuse the arcs that a clause blocks, in all modes with this clause."""
         blocked = self.modes.known(clause) == BLOCKED
         for mode in self._users.get(clause, ()):
             mine = self.tasks.of_mode[mode]
             self.refused[mine[blocked[self.tasks.motion[mine]]]] = True
 
     def _looks_free(self, arcs: Ints) -> bool:
-        """A second look at proven arcs: those on which it sees a contact are refused."""
+        """Recheck proven arcs by sampling; refuse those in contact and return whether there are none."""
         for number in np.unique(self.tasks.mode[arcs]).tolist():
             mine = arcs[self.tasks.mode[arcs] == number]
             start, delta, owner = self.modes.motions.select(self.tasks.motion[mine])
-            seen = recheck_pieces(self.modes.checker_of(self.tasks.modes[number]), straight(start, delta))
-            if seen is not None:
-                self.refused[mine] |= self.tasks.motion[mine] == owner[seen.piece]
+            contact = recheck_pieces(self.modes.checker_of(self.tasks.modes[number]), straight(start, delta))
+            if contact is not None:
+                self.refused[mine] |= self.tasks.motion[mine] == owner[contact.piece]
                 return False
         return True
 
-    def reached(self) -> int:
-        """The step that no path over what is not refused gets beyond."""
+    def blocking_step(self) -> int:
+        """Return the step that no path without refused arcs completes."""
         net, begin = self.tasks, np.zeros(self.tasks.nodes, dtype=bool)
         begin[net.start] = True
         arcs = np.stack([net.tails, net.heads], axis=1)[~self.refused]

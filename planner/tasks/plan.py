@@ -1,4 +1,4 @@
-"""One task planned: candidates, a roadmap, the network over all modes, its field and proven path. Read this first."""
+"""Plan one task: candidates, roadmap, network over all modes, field and proven path. Read this file first."""
 
 from __future__ import annotations
 
@@ -34,8 +34,8 @@ from planner.tasks.segments import join, split_into_segments, time_segments
 from planner.tasks.task import Move, Pick, Task, TaskError, step_text
 from planner.tradeoff.envelope import SupportInterval
 
-_ENDS = 12  # of lines, that the roadmap grows towards
-_LEAST_BEYOND = 5e-3  # m beyond reach that a reason names
+_ENDS = 12  # ends of lines per step, goals of the roadmap's growth
+_LEAST_BEYOND = 5e-3  # m beyond reach, smallest that a reason names
 
 
 def task(
@@ -49,30 +49,28 @@ def task(
     progress: Progress = QUIET,
     **options: Any,
 ) -> TaskPlan:
-    """Plan a task, given or by its file: grasps, configurations, paths and placements chosen together.
+    """Plan a task or a task file: choose grasps, configurations, paths and placements together.
 
-        found = planner.task("task.yaml", beta=0.2)
-        found.segments, found.events
-        found.save("out")
+        plan = planner.task("task.yaml", beta=0.2)
+        plan.segments, plan.events
+        plan.save("out")
 
-    ``robot`` and ``scene`` are those of the file where they are left out; ``options`` are fields of
-    :class:`TaskRequest`, all else is as of :func:`planner.plan`, each segment a motion in ``timing``. Raises
-    :class:`PlannerError` for unusable input; where a step cannot be done the plan says which one, and why.
+    ``robot`` and ``scene`` replace those of the task; ``options`` are fields of :class:`TaskRequest`. Other arguments
+    are as in :func:`planner.plan`, with ``timing`` for each segment. Raises :class:`PlannerError` for unusable input.
+    The plan names an infeasible step and its reason.
     """
     what = file if isinstance(file, Task) else Task.load(file)
     named = {key: value for key, value in (("robot", robot), ("scene", scene)) if value is not None}
-    made = build_request(request or TaskRequest(), objective, options)
-    return TaskPlanner.from_task(replace(what, **named), made, progress).plan(progress=progress, timing=timing)
+    request = build_request(request or TaskRequest(), objective, options)
+    return TaskPlanner.from_task(replace(what, **named), request, progress).plan(progress=progress, timing=timing)
 
 
 @dataclass(eq=False)
 class TaskPlanner:
-    """A task with everything that does not depend on beta or on where the arm is: plan again on what is known.
+    """A task with its candidates, roadmap and network, which do not depend on beta or the start of the arm.
 
-        known = planner.TaskPlanner.from_task("task.yaml")
-        known.plan(beta=0.2), known.plan(start=q), known.intervals()
-
-    Intervals are those of beta, each with its plan.
+    task_planner = planner.TaskPlanner.from_task("task.yaml")
+    task_planner.plan(beta=0.2), task_planner.plan(start=q), task_planner.intervals()
     """
 
     request: TaskRequest
@@ -81,13 +79,13 @@ class TaskPlanner:
     scene: Scene
     roadmap: Roadmap | None
     search: LazySearch | None
-    clock: Stopwatch  # until the first plan, to which all that counts
+    clock: Stopwatch  # its stages count for the first plan
 
     @staticmethod
     def from_task(
         what: Task | StrPath, request: TaskRequest | None = None, progress: Progress = QUIET, **options: Any
     ) -> TaskPlanner:
-        """Read, find the candidates of each step, grow the roadmap, join the modes."""
+        """Read a task, find the candidates of each step, grow the roadmap, and build the network."""
         clock, request = Stopwatch(), (request or TaskRequest()).with_options(**options)
         what, quality = what if isinstance(what, Task) else Task.load(what), request.quality
         progress("setup", 0, 1)
@@ -113,7 +111,7 @@ class TaskPlanner:
 
     @property
     def network(self) -> TaskNetwork | None:
-        """The network over all modes; None where a step has no candidates."""
+        """The network over all modes; None if a step has no candidates."""
         return None if self.search is None else self.search.tasks
 
     def plan(
@@ -124,15 +122,15 @@ class TaskPlanner:
         timing: TimingRequest | None = TimingRequest(),  # noqa: B008 (frozen)
         progress: Progress = QUIET,
     ) -> TaskPlan:
-        """The plan at another ``beta``, from another ``start`` (dof,): what was proven before is known."""
+        """Plan at another ``beta`` or from another ``start`` (dof,), with the proofs of earlier plans."""
         clock, self.clock, robot = self.clock, Stopwatch(), self.candidates.modes.robot
         request = self.request if beta is None else self.request.with_options(beta=beta)
         quality = request.quality
         draft = TaskPlan(request, Outcome.NO_PATH, self.task, robot, self.scene, self.candidates, timings=clock.seconds)
         if start is None:
             states = states_of(robot, self.candidates.modes.checker.world.scene)
-            told = other_turns(parse_target(self.task.start), self.candidates.modes.checker, states)
-            draft = replace(draft, end_notes=tuple(told))
+            notes = other_turns(parse_target(self.task.start), self.candidates.modes.checker, states)
+            draft = replace(draft, end_notes=tuple(notes))
         if self.search is None or self.roadmap is None:
             return replace(draft, reason=explain_failure(self.candidates, None))
         search = self.search
@@ -142,19 +140,19 @@ class TaskPlanner:
                 q = free_configuration(np.asarray(start, dtype=float), modes.checker_of(self.candidates.first), "start")
                 network = search.tasks.with_start(modes, self.roadmap, q, quality.objective)
                 search = LazySearch(modes, network, search.law, search.fields)
-            found, arcs = search.path(quality.beta, progress)
+            result, arcs = search.path(quality.beta, progress)
         network = search.tasks
         draft = replace(
             draft,
             roadmap=self.roadmap,
             network=network,
-            cost_to_go=found.field,
+            cost_to_go=result.field,
             modes=ModesRecord(
                 modes=len(network.modes),
                 nodes=network.nodes,
                 arcs=len(network.tails),
                 pieces_proven=self.candidates.modes.pieces_proven,
-                rounds=found.rounds,
+                rounds=result.rounds,
                 arcs_refused=int(search.refused.sum()),
             ),
         )
@@ -171,22 +169,22 @@ class TaskPlanner:
                 how = timing, quality.objective, self.roadmap.scale
                 motions = time_segments(segments, modes, self.candidates, *how)
             timed, events, trajectory = join(segments, modes, motions, self.candidates)
-        found = {"segments": tuple(timed), "events": tuple(events), "trajectory": trajectory}
-        return replace(draft, outcome=Outcome.SOLVED, cost=cost, **found)
+        motion = {"segments": tuple(timed), "events": tuple(events), "trajectory": trajectory}
+        return replace(draft, outcome=Outcome.SOLVED, cost=cost, **motion)
 
     def intervals(self) -> list[SupportInterval]:
-        """Every path through all modes that some beta makes optimal, with its interval; all of them proven.
+        """Return all proven paths that are optimal for some beta, with their intervals; empty without a path.
 
-        Costs are those of ``piece.support``, whose ``nodes`` are of ``network``; none where there is no path.
+        ``support`` of an interval has the costs and the nodes in ``network``.
         """
-        return [] if self.search is None else self.search.pieces()
+        return [] if self.search is None else self.search.intervals()
 
 
 def _modes(what: Task, scene: Scene, request: TaskRequest, progress: Progress) -> tuple[Scene, Modes]:
-    """The scene in its own frame, and the robot among what is never picked, and what is."""
+    """Return the scene in its own frame, and the modes of the robot among fixed obstacles."""
     held = require_sensible(what, scene)
     if scene.moving or scene.limited:
-        raise TaskError(f"in scene '{scene.name}' obstacles move, and a task has no times: give a scene that stands.")
+        raise TaskError(f"scene '{scene.name}' of a task must have no moving obstacles: remove them.")
     names = {step.object for step in what.steps if isinstance(step, Pick)}
     fixed = replace(scene_without(scene, names), carried=tuple(item for item in scene.carried if item is not held))
     world = WorldRequest(robot=what.robot, scene=fixed, collision=request.what.collision, margin=request.what.margin)
@@ -200,26 +198,26 @@ def _modes(what: Task, scene: Scene, request: TaskRequest, progress: Progress) -
 
 
 def _ends(candidates: Candidates, modes: Modes) -> Floats:
-    """Ends of lines, evenly of all steps, and the goals of moves, that the roadmap grows towards; free of the fixed."""
+    """Return goals of the roadmap's growth: ends of lines of all steps, and goals of moves; free configurations."""
     chosen = []
     for step in sorted(candidates.steps, key=lambda step: NO_OBJECT not in step):  # moves first
-        listed = [one for found in step.values() for one in found]
+        listed = [one for ones in step.values() for one in ones]
         for k in np.unique(np.linspace(0, len(listed) - 1, min(len(listed), _ENDS)).round().astype(int)):
             chosen.append(listed[k].ends[: 1 + len(listed[k].motions)])
-    found = np.vstack(chosen)
-    return found[[contact_at(modes.checker, q) is None for q in found]]
+    ends = np.vstack(chosen)
+    return ends[[contact_at(modes.checker, q) is None for q in ends]]
 
 
 def explain_failure(candidates: Candidates, search: LazySearch | None) -> StepFails:
-    """The first step without candidates, or the one that no path gets beyond."""
+    """Return the reason of a failure: the first step without candidates, or the one that no path completes."""
     dead = candidates.dead_end
-    number = dead if dead is not None else search.reached() if search is not None else 0
+    number = dead if dead is not None else search.blocking_step() if search is not None else 0
     number = min(number, len(candidates.task.steps) - 1)
     step, rejected = candidates.task.steps[number], deepcopy(candidates.rejected[number])
     lost = search is not None and not isinstance(step, Move) and _all_blocked(candidates, search, number, rejected)
     what = ("no_grasp" if isinstance(step, Pick) else "no_placement") if dead is not None or lost else "no_path"
     beyond = 0.0
-    if 0 < rejected.of == len(rejected.out_of_reach):  # of all it is proven how far they are beyond reach
+    if 0 < rejected.of == len(rejected.out_of_reach):  # then the distance beyond reach is proven of all
         beyond = min(beyond_reach(candidates.modes.robot, position) for position in rejected.out_of_reach)
     return StepFails(
         step=number + 1,
@@ -227,7 +225,7 @@ def explain_failure(candidates: Candidates, search: LazySearch | None) -> StepFa
         what=what,
         tried=rejected.of,
         out_of_reach=len(rejected.out_of_reach),
-        strays=rejected.strays,
+        violations=rejected.violations,
         contacts=dict(rejected.contacts.most_common()),
         conditions=candidates.modes.checker.world.constraints.texts,
         beyond=beyond if beyond >= _LEAST_BEYOND else None,
@@ -235,13 +233,13 @@ def explain_failure(candidates: Candidates, search: LazySearch | None) -> StepFa
 
 
 def _all_blocked(candidates: Candidates, search: LazySearch, number: int, rejected: Rejected) -> bool:
-    """Whether the lines of every candidate of a step are refused in every mode; their contacts are counted."""
-    net, hits, left = search.tasks, [], False
-    for way in (way for way in net.transitions if way.step == number):
-        arcs = search.whole.arcs_along(np.arange(way.first, way.last + 1))
+    """Count contacts of a step's candidates; return whether all their lines are refused in every mode."""
+    net, hits, has_open = search.tasks, [], False
+    for transition in (each for each in net.transitions if each.step == number):
+        arcs = search.complete.arcs_along(np.arange(transition.first, transition.last + 1))
         refused = arcs[search.refused[arcs]].tolist()
-        left = left or not refused
+        has_open = has_open or not refused
         why = (candidates.modes.why(net.modes[net.mode[arc]], int(net.motion[arc])) for arc in refused)
-        hits.append((way.candidate, next((hit for hit in why if hit), None)))
+        hits.append((transition.candidate, next((hit for hit in why if hit), None)))
     rejected.count_blocked(hits)
-    return bool(hits) and not left
+    return bool(hits) and not has_open

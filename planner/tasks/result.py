@@ -1,4 +1,4 @@
-"""A planned task with everything it was made from, and its files."""
+"""A planned task, its inputs and its files."""
 
 from __future__ import annotations
 
@@ -51,13 +51,13 @@ from planner.trajectory.trajectory import Trajectory
 from planner.view.motion import ShownMotion, ShownPath, path_rows
 from planner.view.page import Page, command_line
 
-_SHOWN_APART = 0.02  # s between two poses of an object that a page moves
-_NAMED = 3  # contacts in the sentence of a reason
+_SAMPLE_PERIOD = 0.02  # s between two poses of an object on the page
+_NAMED = 3  # contacts in the sentence
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class StepFails(Reason):
-    """The first step that cannot be done: no grasp or placement of it is left, or no path leads there."""
+    """The first infeasible step: it has no grasp, no placement, or no path."""
 
     kind: Literal["step_fails"] = "step_fails"
     step: Whole
@@ -66,18 +66,17 @@ class StepFails(Reason):
     """the step in words"""
     what: Literal["no_grasp", "no_placement", "no_path"]
     tried: int
-    """grasps, or pairs of a grasp and a placement"""
+    """number of grasps, or of pairs of a grasp and a placement"""
     out_of_reach: int
-    """of these"""
-    strays: int
-    """and so many that leave what motions keep"""
+    """number of these out of reach"""
+    violations: int
+    """number of these that violate a constraint"""
     contacts: dict[str, int]
-    """how often which two things were the first that touch, where all configurations of one were in contact"""
+    """counts of first contacts by pair, of those with all configurations in contact"""
     conditions: tuple[str, ...] = ()
-    """what motions keep"""
+    """path constraints"""
     beyond: float | None = None
-    """m that the nearest is beyond where the arm can ever bring the tool: as much nearer is the least that could work;
-    null where that is not proven of all"""
+    """m from the nearest target to the tool's reach, a lower bound on the shift that could work; null if not proven"""
 
     @property
     def names(self) -> frozenset[str]:
@@ -89,13 +88,13 @@ class StepFails(Reason):
         seen += f" (the nearest by {format_quantity(self.beyond, 'm')} or more)" if self.beyond else ""
         for pair, count in list(self.contacts.items())[:_NAMED]:
             seen += f", {count} in contact ({pair})"
-        if self.strays:
-            seen += f", {self.strays} straying from what is kept ({choices(self.conditions)})"
-        less = ", or keep less" if self.strays else ""
+        if self.violations:
+            seen += f", {self.violations} against constraints ({choices(self.conditions)})"
+        less = ", or fewer constraints" if self.violations else ""
         why = {
-            "no_grasp": f"no grasp is left, {seen}: move the object or the robot, or give other grasps{less}.",
-            "no_placement": f"no placement is left, {seen}: give another region, or more samples{less}.",
-            "no_path": f"no path leads there within the budget{f' ({seen})' if self.tried else ''}: raise --nodes, or "
+            "no_grasp": f"no grasp is feasible, {seen}: move the object or the robot, or give other grasps{less}.",
+            "no_placement": f"no placement is feasible, {seen}: give another region, or more samples{less}.",
+            "no_path": f"no path was found within the budget{f' ({seen})' if self.tried else ''}: raise --nodes, or "
             "try another --seed.",
         }
         return f"Step {self.step} ({self.doing}) cannot be done: {why[self.what]}"
@@ -103,24 +102,24 @@ class StepFails(Reason):
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class ModesRecord(Record):
-    """The network over all modes, and what was proven of it."""
+    """Size of the network over all modes, and number of proofs."""
 
     modes: int
     nodes: int
     arcs: int
     pieces_proven: int
     rounds: int
-    """how often the field was solved"""
+    """number of solutions of the field"""
     arcs_refused: int
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class TaskPlanRecord(RunRecord):
-    """What ``planner task`` writes as plan.json; units rad, m and s."""
+    """The content of plan.json of ``planner task``; units rad, m and s."""
 
     task: str
     reason: StepFails | None
-    """which step cannot be done, and why"""
+    """the infeasible step"""
     path: list[list[float]]
     """joint waypoints of all segments, start first"""
     cost: PathCost | None
@@ -129,7 +128,7 @@ class TaskPlanRecord(RunRecord):
     trajectory: MotionRecord | None
     """of all segments; null without times"""
     roadmap: RoadmapRecord | None
-    """null where a step has no grasp or placement at all"""
+    """null if a step has no candidate"""
     modes: ModesRecord | None
     gabf: FieldRecord | None
 
@@ -164,11 +163,11 @@ class TaskPlanRecord(RunRecord):
 
 @dataclass(frozen=True, eq=False, repr=False)
 class TaskPlan(Result[TaskPlanRecord]):
-    """A task's plan; ``segments`` and ``events`` are empty where there is none, and ``reason`` says why.
+    """The plan of a task; without one, ``segments`` and ``events`` are empty and ``reason`` explains the failure.
 
-    ``cost`` is that of the path over the roadmaps, as eq. (finew) sums it; ``cost_to_go`` the field over all modes,
-    which knows it of every node of ``network``. ``trajectory`` is one motion of all segments, at rest while a gripper
-    moves; None without times. ``candidates`` are those of its steps; None of a plan that was loaded.
+    ``cost`` is that of the path over the roadmaps, by eq. (finew); ``cost_to_go`` the field over all nodes of
+    ``network``. ``trajectory`` is one motion of all segments, at rest while a gripper moves; None without times.
+    ``candidates`` are those of all steps; None for a loaded plan.
     """
 
     FILES: ClassVar = Plan.FILES
@@ -187,15 +186,15 @@ class TaskPlan(Result[TaskPlanRecord]):
     trajectory: Trajectory | None = None
     reason: StepFails | None = field(default=None, kw_only=True)
     modes: ModesRecord | None = None
-    saved: TaskPlanRecord | None = None  # of a plan that was loaded
+    saved: TaskPlanRecord | None = None  # of a loaded plan
 
     @classmethod
     def load(cls, folder: StrPath, *, robot: RobotLike | None = None, scene: RobotLike | None = None) -> TaskPlan:
-        """The plan of a task in a ``folder``, as it was saved, in its world.
+        """Load the plan of a task that was saved in ``folder``, in its world.
 
             planner.TaskPlan.load("out").trajectory
 
-        As of :meth:`planner.Plan.load`. Steps, candidates, network and field are not stored: ``task.steps`` is empty,
+        As :meth:`planner.Plan.load`. Files do not hold steps, candidates, network and field: ``task.steps`` is empty,
         the others are None.
         """
         folder = Path(folder)
@@ -206,9 +205,9 @@ class TaskPlan(Result[TaskPlanRecord]):
             make_checker_for(world),
             (TaskRequest.from_config(record.config), Outcome[record.outcome.upper()]),
         )
-        made = TaskPlan(*how, task, checker.robot, checker.world.scene, None, saved=record, reason=record.reason)
+        plan = TaskPlan(*how, task, checker.robot, checker.world.scene, None, saved=record, reason=record.reason)
         return replace(
-            made,
+            plan,
             roadmap=load_roadmap(folder / ROADMAP_NAME) if record.roadmap else None,
             cost=record.cost,
             segments=tuple(record.segments),
@@ -223,20 +222,20 @@ class TaskPlan(Result[TaskPlanRecord]):
 
     @cached_property
     def path(self) -> Floats:
-        """All waypoints (k, dof) of all segments, each rest once."""
+        """Waypoints (k, dof) of all segments, each rest once."""
         if not self.segments:
             return np.zeros((0, self.robot.dof))
         return np.vstack([self.segments[0].path[:1], *(segment.path[1:] for segment in self.segments)])
 
     @cached_property
-    def judge(self) -> CollisionChecker:
-        """A checker of the scene before the task."""
+    def checker(self) -> CollisionChecker:
+        """The checker of the scene before the task."""
         what, constraint = self.request.what, parse_constraints(self.scene.constraints)
         return make_checker(self.robot, self.scene, what.collision, what.margin, constraint)
 
     @cached_property
     def record(self) -> TaskPlanRecord:
-        """What ``plan.json`` holds; units in rad, m and s."""
+        """The content of ``plan.json``; units in rad, m and s."""
         if self.saved is not None:
             return self.saved
         record = TaskPlanRecord.from_run(
@@ -261,7 +260,7 @@ class TaskPlan(Result[TaskPlanRecord]):
         return replace(record, config=record.config | names)
 
     def page(self) -> str:
-        """The page as HTML text: the whole motion, the objects that are picked going along with the hand."""
+        """Return the page as HTML: the motion of all segments, with picked objects moving with the hand."""
         scene, start, paths = self.scene, self.robot.home, []
         if self.roadmap is not None:
             start = self.roadmap.nodes[self.roadmap.starts[0]]
@@ -284,7 +283,7 @@ class TaskPlan(Result[TaskPlanRecord]):
         return page.html()
 
     def _write(self, folder: Path) -> None:
-        """Write ``roadmap.npz`` and ``trajectory.json`` into an empty ``folder``, as far as there are such."""
+        """Write ``roadmap.npz`` and ``trajectory.json``, if any, into an empty ``folder``."""
         if self.roadmap is not None:
             save_roadmap(self.roadmap, folder / ROADMAP_NAME)
         if self.trajectory is not None:
@@ -292,21 +291,21 @@ class TaskPlan(Result[TaskPlanRecord]):
 
 
 def _scene_in_motion(plan: TaskPlan, motion: Trajectory) -> Scene:
-    """The scene with what is picked as obstacles that move as the hand moves them."""
-    times = np.linspace(0.0, motion.duration, max(2, int(motion.duration / _SHOWN_APART)))
+    """Return the scene with picked objects as obstacles that move with the hand."""
+    times = np.linspace(0.0, motion.duration, max(2, int(motion.duration / _SAMPLE_PERIOD)))
     events = [(event.t, event) for event in plan.events if event.kind != "gripper" and event.t is not None]
     at = np.unique(np.concatenate([times, [t for t, _ in events]]))
     at = at[np.append(True, np.diff(at) > 1e-5)]
     names, held = {event.object for _, event in events}, None
-    things: dict[str, Obstacle | Carried] = {item.name: item for item in plan.scene.obstacles if item.name in names}
-    poses = {name: [item.placement] for name, item in things.items()}
+    objects: dict[str, Obstacle | Carried] = {item.name: item for item in plan.scene.obstacles if item.name in names}
+    poses = {name: [item.placement] for name, item in objects.items()}
 
     def hand(t: float) -> Floats:
         return tool_pose(plan.robot, motion.at(t)[0]).homogeneous
 
-    for item in plan.scene.carried:  # what is held from the beginning
-        if item.name in names - set(things):
-            things[item.name], first = item, placement_of_carried(item, plan.robot, motion.at(0.0)[0])
+    for item in plan.scene.carried:  # held at the start
+        if item.name in names - set(objects):
+            objects[item.name], first = item, placement_of_carried(item, plan.robot, motion.at(0.0)[0])
             poses[item.name], held = [first], (item.name, np.linalg.inv(hand(0.0)) @ first)
     for now in at.tolist():
         while events and events[0][0] <= now:
@@ -320,28 +319,28 @@ def _scene_in_motion(plan: TaskPlan, motion: Trajectory) -> Scene:
         for listed in poses.values():
             listed.append(listed[-1])
     moving = tuple(
-        MovingObstacle(name, item.shape, KnownMotion(at, np.array(poses[name][:-1]))) for name, item in things.items()
+        MovingObstacle(name, item.shape, KnownMotion(at, np.array(poses[name][:-1]))) for name, item in objects.items()
     )
-    carried = tuple(item for item in plan.scene.carried if item.name not in things)
-    return replace(scene_without(plan.scene, set(things)), moving=moving, carried=carried)
+    carried = tuple(item for item in plan.scene.carried if item.name not in objects)
+    return replace(scene_without(plan.scene, set(objects)), moving=moving, carried=carried)
 
 
 def scene_without(scene: Scene, names: set[str]) -> Scene:
-    """The scene without some obstacles."""
+    """Return the scene without the obstacles ``names``."""
     return replace(scene, obstacles=tuple(item for item in scene.obstacles if item.name not in names))
 
 
 def load(folder: StrPath) -> Plan | Tradeoff | TaskPlan:
-    """The plan, the trade-off or the planned task in a ``folder``, whichever it holds.
+    """Load the plan, the sweep or the task plan in a ``folder``.
 
         planner.load("out").record.rows
 
-    As of :meth:`planner.Plan.load`; :class:`FileError` where there is none, or a trade-off and a plan.
+    As :meth:`planner.Plan.load`; :class:`FileError` for a folder with none of these, or with two.
     """
-    found = [name for name in (Plan.JSON, Tradeoff.JSON) if os.path.isfile(Path(folder) / name)]
-    if len(found) != 1:
-        raise FileError(f"{folder} must be a folder with {Plan.JSON} or {Tradeoff.JSON}, got {choices(found)}.")
-    if found == [Tradeoff.JSON]:
+    files = [name for name in (Plan.JSON, Tradeoff.JSON) if os.path.isfile(Path(folder) / name)]
+    if len(files) != 1:
+        raise FileError(f"{folder} must be a folder with {Plan.JSON} or {Tradeoff.JSON}, got {choices(files)}.")
+    if files == [Tradeoff.JSON]:
         return Tradeoff.load(folder)
     data = parse_json(read_text(Path(folder) / Plan.JSON, "plan"), f"plan {folder}")
     return (TaskPlan if isinstance(data, dict) and "segments" in data else Plan).load(folder)

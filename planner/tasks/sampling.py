@@ -1,4 +1,4 @@
-"""Grasps from an object's shape and placements on a box, the same ones each time; and the gripper that a robot has."""
+"""Deterministic grasps from an object's shape, placements on a box, and the gripper of a robot."""
 
 import math
 from collections.abc import Iterable, Iterator, Sequence
@@ -16,49 +16,47 @@ from planner.robot.files import urdf
 from planner.robot.poses import pose
 from planner.robot.robot import Robot, with_carried
 from planner.robot.shapes import Box, Capsule, Carried, Cylinder, Mesh, Obstacle, Shape, Sphere, corners
-from planner.tasks.modes import Held, Placement
+from planner.tasks.modes import HeldObject, Placement
 from planner.tasks.task import Grasp, Gripper, Place, TaskError
 
 MOST = 200  # grasps of an object
-_SPARE = 2e-3  # m: so much wider than the object the gripper has to open
-_DEPTH, _ROUND = 0.02, 2.0  # m below the surface that the tool's origin comes to lie at most; times that in round sides
+_SPARE = 2e-3  # m, smallest difference of opening and width of the object
+_DEPTH, _ROUND = 0.02, 2.0  # m, largest depth of the tool's origin below the surface; factor for round sides
 _ALONG = (0.0, 0.25, -0.25)  # of the object's length, from its middle
 _TILTS = (0.0, 0.35, -0.35)  # rad about the axis along which the fingers close
 _ABOUT = 16  # directions around an axis
 _SPHERE, _TURNS = 24, 8  # directions towards a sphere, turns about each
-_FREE_TURNS = 12  # of the tool about an axis that is free
+_FREE_TURNS = 12  # of the tool about a free axis
 _CONE_EDGE = 6  # directions on the edge of a cone
-GAP = 1e-3  # m beyond the margin, between a sampled placement and the surface: what stands there touches nothing
-REST = 5e-3  # m: what is no farther beneath an object carries it
+GAP = 1e-3  # m beyond the margin, between a sampled placement and the surface, so they do not touch
+REST = 5e-3  # m, largest distance of an object to its support
 _LEVEL = 1e-6  # of a direction's components
 _TRIES = 50  # points per sample
-_STEPS = np.array(
-    [1.2207440846057596**-k for k in (1, 2, 3)]
-)  # of the additive sequence in (x, y, turn) that covers most evenly
+_STEPS = np.array([1.2207440846057596**-k for k in (1, 2, 3)])  # of an additive low-discrepancy sequence (x, y, turn)
 
 
 def tool_at(position: Floats, approach: Floats, closing: Floats) -> Floats:
-    """The pose (4, 4) of a tool whose z is along ``approach`` and whose y along ``closing``, unit and orthogonal."""
+    """Return the pose (4, 4) of a tool with z along ``approach`` and y along ``closing``, both unit, orthogonal."""
     matrix = np.array(pose(position.tolist()))
     matrix[:3, :3] = np.column_stack([np.cross(closing, approach), closing, approach])
     return matrix
 
 
 def _turn_about(position: Floats, direction: Floats, turns: int) -> Iterator[Floats]:
-    """Tools at ``position`` with their z along a unit ``direction``, turned about it by even steps."""
+    """Yield tool poses at ``position`` with z along a unit ``direction``, turned about it by equal steps."""
     for angle in np.arange(turns) * 2 * np.pi / turns:
         yield tool_at(position, direction, _across(direction, angle))
 
 
 def _across(direction: Floats, angle: float) -> Floats:
-    """The unit vector at an ``angle`` (rad) around a unit ``direction``."""
+    """Return the unit vector orthogonal to ``direction`` at an ``angle`` (rad) about it."""
     across = np.cross(direction, np.eye(3)[int(np.abs(direction).argmin())])
     side: Floats = np.asarray(across / np.linalg.norm(across), dtype=float)
     return math.cos(angle) * side + math.sin(angle) * np.cross(direction, side)
 
 
 def tool_poses(grasp: Grasp) -> Iterator[Floats]:
-    """The pose (4, 4) of a grasp, or where an axis leaves the tool free some that it allows, evenly."""
+    """Yield the pose (4, 4) of a grasp, or for an axis evenly spaced poses that it allows."""
     if grasp.axis is None:
         yield grasp.matrix()
         return
@@ -71,30 +69,28 @@ def tool_poses(grasp: Grasp) -> Iterator[Floats]:
         yield from _turn_about(np.array(grasp.position), direction, _FREE_TURNS)
 
 
-def generate_grasps(name: str, shape: Shape, opening: float | None) -> list[Held]:
-    """At most ``MOST`` grasps of a shape by a tool that opens ``opening`` (m) at most, None for one that only touches.
+def generate_grasps(name: str, shape: Shape, opening: float | None) -> list[HeldObject]:
+    """Return at most ``MOST`` grasps of a shape by a gripper of ``opening`` (m); None is a tool that only touches.
 
-    Boxes are taken between two opposite faces, cylinders and capsules across their axis and from their ends, spheres
-    from all around. Raises :class:`TaskError` where the gripper does not open that wide, and for meshes.
+    Grasps of boxes are between two opposite faces, those of cylinders and capsules across their axis and from their
+    ends, those of spheres from all directions. Raises :class:`TaskError` for wider shapes and for meshes.
     """
     if isinstance(shape, Mesh):
-        raise TaskError(f"'{name}' is a mesh, of which no grasps are generated: give its 'grasps'.")
+        raise TaskError(f"'{name}' must not be a mesh to generate grasps: give its 'grasps'.")
     widest, depth = (np.inf, 0.0) if opening is None else (opening - _SPARE, _DEPTH)
-    grasps = [Held(name, tool, width) for tool, width in _generate(shape, depth) if width <= widest]
+    grasps = [HeldObject(name, tool, width) for tool, width in _generate(shape, depth) if width <= widest]
     if not grasps:
-        raise TaskError(
-            f"'{name}' is wider than the gripper opens ({opening:g} m) wherever it could be grasped: give its 'grasps'."
-        )
+        raise TaskError(f"'{name}' must be narrower than the gripper's opening of {opening:g} m: give its 'grasps'.")
     return [grasps[k] for k in np.linspace(0, len(grasps) - 1, min(MOST, len(grasps))).round().astype(int)]
 
 
 def _generate(shape: Shape, deep: float) -> Iterator[tuple[Floats, float]]:
-    """Tool poses (4, 4), and how wide the gripper is in each."""
+    """Yield tool poses (4, 4) with the opening of the gripper in each."""
     match shape:
         case Box(size):
             yield from _grasp_box(size, deep)
         case Sphere(radius):
-            k = np.arange(_SPHERE) + 0.5  # evenly around, on a spiral (Fibonacci's lattice)
+            k = np.arange(_SPHERE) + 0.5  # Fibonacci lattice
             height, angle = 1 - 2 * k / _SPHERE, np.pi * (1 + np.sqrt(5)) * k
             across = np.sqrt(1 - height**2)
             for out in np.column_stack([across * np.cos(angle), across * np.sin(angle), height]):
@@ -130,7 +126,7 @@ def _grasp_side(radius: float, length: float, deep: float) -> Iterator[Floats]:
 
 
 def _tilt(at: Floats, approach: Floats, closing: Floats) -> Iterator[Floats]:
-    """The tool and those tilted about the axis along which the fingers close, each with either finger first."""
+    """Yield the tool pose, tilted about the closing axis, with both orders of the fingers."""
     for tilt in _TILTS:
         tilted = math.cos(tilt) * approach + math.sin(tilt) * np.cross(closing, approach)
         for sign in (1.0, -1.0):
@@ -138,10 +134,10 @@ def _tilt(at: Floats, approach: Floats, closing: Floats) -> Iterator[Floats]:
 
 
 def complete_gripper(robot: Robot, given: Gripper) -> Gripper:
-    """The gripper as ``given``, and for the rest as the robot shows it: sliding joints that it holds behind the tool.
+    """Complete ``given`` from the robot: the fingers are fixed sliding joints behind the tool.
 
-    They are taken to close at their lower limit, and to open, all of them together, by what their limits allow. The
-    links that they move may touch; where there are none those that the tool's last joint carries, but for the first.
+    Fingers close at their lower limits and open at their upper ones; the opening is the sum of their strokes. The links
+    of the fingers may touch; without fingers, the links of the tool's last joint except the first.
     """
     model, (last, _) = urdf.build_model(robot.source), tool_joint(robot)
     joints = {name: model.getJointId(name) for name in robot.fixed_joints}
@@ -150,14 +146,14 @@ def complete_gripper(robot: Robot, given: Gripper) -> Gripper:
     for name, value in [*(given.open or {}).items(), *(given.closed or {}).items()]:
         if name not in limits:
             held = choices(sorted(limits))
-            raise TaskError(f"the gripper cannot move '{name}': joints of {robot.name} that are held are {held}.")
+            raise TaskError(f"joint of the gripper must be a fixed joint of {robot.name}, {held}; got '{name}'.")
         low, high = limits[name]
         if not low - 1e-9 <= value <= high + 1e-9:
-            raise TaskError(f"the gripper moves '{name}' to {value:g}, outside its limits [{low:g}, {high:g}].")
+            raise TaskError(f"gripper joint '{name}' must be in [{low:g}, {high:g}], got {value:g}.")
     links = dict.fromkeys(body.link for body in robot.bodies)
     unknown = sorted(set(given.touch or ()) - set(links))
     if unknown:
-        raise TaskError(f"link '{unknown[0]}' cannot touch what is grasped: links with shapes are {choices(links)}.")
+        raise TaskError(f"link '{unknown[0]}' of 'touch' not found; links with shapes are {choices(links)}.")
     hand = model.getJointId(robot.model.names[last]) if last else 0
     slides = [name for name, k in joints.items() if model.joints[k].shortname().startswith("JointModelP")]
     fingers = [name for name in slides if hand in model.supports[joints[name]]]
@@ -174,7 +170,7 @@ def complete_gripper(robot: Robot, given: Gripper) -> Gripper:
 
 
 def extent(shape: Shape, rotation: Floats) -> tuple[Floats, Floats]:
-    """The lowest and highest coordinates (3,) of a turned shape about its own origin, exact."""
+    """Return the exact lowest and highest coordinates (3,) of a turned shape, about its own origin."""
     if isinstance(shape, Cylinder):
         axis = rotation[:, 2]
         half = 0.5 * shape.length * np.abs(axis) + shape.radius * np.sqrt(np.maximum(1 - axis**2, 0.0))
@@ -185,9 +181,9 @@ def extent(shape: Shape, rotation: Floats) -> tuple[Floats, Floats]:
 
 
 def place_in_region(item: Obstacle, step: Place, boards: Iterable[Obstacle], margin: float) -> list[Placement]:
-    """Placements of an object on the top of a box, as it stands in the scene but turned about the vertical.
+    """Return placements of an object on the top of a box, upright as in the scene and turned about the vertical.
 
-    All of it lies within the region, ``GAP`` beyond the margin above the top. Raises :class:`TaskError` for a region
+    The object lies within the region, ``GAP`` beyond the margin above the top. Raises :class:`TaskError` for a region
     that is not on a level top, or smaller than the object.
     """
     region = np.array(step.at, dtype=np.float64)
@@ -210,18 +206,16 @@ def place_in_region(item: Obstacle, step: Place, boards: Iterable[Obstacle], mar
             break
     if not placements:
         size = " x ".join(f"{side:.3g}" for side in high - low)
-        raise TaskError(f"the region on '{step.on}' ({size} m) is smaller than '{item.name}': give a larger one.")
+        raise TaskError(f"the region on '{step.on}' must be larger than '{item.name}', got {size} m: enlarge it.")
     return placements
 
 
 def _level_top(name: str, boards: list[Obstacle], low: Floats, high: Floats) -> float:
-    """How high (m) the top of a box is; :class:`TaskError` where it is not level, or does not hold the region."""
+    """Return the height (m) of a box's top; :class:`TaskError` if it is not level, or smaller than the region."""
     board = next((each for each in boards if each.name == name), None)
     if board is None:
         names = [each.name for each in boards]
-        raise TaskError(
-            f"'{name}'{suggest_name(name, names)} is nothing to put on; what stands still is {choices(names)}."
-        )
+        raise TaskError(f"support '{name}'{suggest_name(name, names)} not found; fixed obstacles are {choices(names)}.")
     turn = board.placement[:3, :3]
     up = int(np.abs(turn[2]).argmax())
     if not isinstance(board.shape, Box) or abs(turn[2, up]) < 1.0 - _LEVEL:
@@ -231,31 +225,31 @@ def _level_top(name: str, boards: list[Obstacle], low: Floats, high: Floats) -> 
     if not (np.abs((region - board.placement[:3, 3]) @ turn) <= half + 1e-9).all():
         least, most = (end + board.placement[:3, 3] for end in extent(board.shape, turn))
         spans = f"x {least[0]:.3g} to {most[0]:.3g}, y {least[1]:.3g} to {most[1]:.3g}"
-        raise TaskError(f"the region reaches beyond the top of '{name}' ({spans} m): keep it inside.")
+        raise TaskError(f"the region must be within the top of '{name}', {spans} m: make it smaller.")
     return float(board.placement[2, 3] + half[up])
 
 
 def make_placement(item: Obstacle, at: Floats, among: CollisionChecker, others: tuple[Obstacle, ...] = ()) -> Placement:
-    """An object at ``at`` (4, 4), and what it rests on: what it would touch were it ``REST`` lower."""
+    """Return the placement of an object at ``at`` (4, 4); its supports are contacts if it is ``REST`` lower."""
     lower = np.array(at)
     lower[2, 3] -= REST + among.world.margin
     return Placement(item.name, np.array(at), _find_touching(item, lower, among, others))
 
 
 def place_at(item: Obstacle, at: Floats, among: CollisionChecker) -> Placement:
-    """The placement at a pose that is given; :class:`TaskError` where it lies inside something, or in the air."""
+    """Return the placement at a pose; :class:`TaskError` for a pose inside an obstacle, or without support."""
     where, placement = ", ".join(f"{value:g}" for value in at[:3, 3]), make_placement(item, at, among)
     lifted = np.array(at)
     lifted[2, 3] += GAP + among.world.margin
-    hit = [name for name in _find_touching(item, lifted, among) if name in placement.supports]  # others are above it
+    hit = [
+        name for name in _find_touching(item, lifted, among) if name in placement.supports
+    ]  # obstacles above are not supports
     if hit:
-        raise TaskError(
-            f"'{item.name}' cannot stand at ({where}) m: it would lie inside '{hit[0]}'; choose another pose."
-        )
+        raise TaskError(f"'{item.name}' must be outside of '{hit[0]}', got ({where}) m inside: choose another pose.")
     if not placement.supports:
         raise TaskError(
-            f"'{item.name}' would stand in the air at ({where}) m: nothing is within {1e3 * REST:g} mm beneath it; "
-            "lower it onto something."
+            f"'{item.name}' must have a support within {1e3 * REST:g} mm beneath it, got ({where}) m without one: "
+            "lower it."
         )
     return placement
 
@@ -263,7 +257,7 @@ def place_at(item: Obstacle, at: Floats, among: CollisionChecker) -> Placement:
 def _find_touching(
     item: Obstacle, at: Floats, among: CollisionChecker, others: tuple[Obstacle, ...] = ()
 ) -> tuple[str, ...]:
-    """What an object touches at ``at``, or comes closer to than the margin: fixed things, and ``others``."""
+    """Return fixed objects and ``others`` within the margin of an object at ``at``."""
     root = among.robot.model.frames[0]
     held = Carried(root.name, item.name, item.shape, np.linalg.inv(root.placement.homogeneous) @ at)
     robot = with_carried(among.robot, [held])

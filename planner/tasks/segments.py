@@ -1,4 +1,4 @@
-"""From the path through all modes to segments between rests, a motion for each, the events, and one motion of all."""
+"""Split a path over modes into segments between rests, time each, and join motions and events."""
 
 import itertools
 from collections.abc import Sequence
@@ -27,7 +27,7 @@ from planner.trajectory.proof import prove_motion
 from planner.trajectory.timing import time_curve
 from planner.trajectory.trajectory import Trajectory
 
-PAUSE = 0.5  # s that the arm rests while a gripper moves
+PAUSE = 0.5  # s at rest while a gripper moves
 Part = Literal["transit", "approach", "retreat"]
 PARTS: tuple[Part, ...] = get_args(Part)
 TouchingPairs = list[tuple[Name, Name]]
@@ -35,7 +35,7 @@ TouchingPairs = list[tuple[Name, Name]]
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class SegmentTimes(Record):
-    """When a segment runs in the motion of all."""
+    """Time of a segment in the joined motion."""
 
     begin: Number
     """s"""
@@ -54,7 +54,7 @@ def _read_path(_: Any, handler: Any) -> core_schema.CoreSchema:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Segment(Record):
-    """A stretch from rest to rest in one mode."""
+    """A path from rest to rest in one mode."""
 
     step: Whole
     """from 1"""
@@ -62,49 +62,48 @@ class Segment(Record):
     """the step in words"""
     part: Part
     carried: Name | None
-    """what is held"""
+    """held object"""
     may_touch: TouchingPairs
-    """which things may touch along it"""
+    """allowed contacts along the path"""
     at_rest: TouchingPairs
-    """and which at its rest only"""
+    """contacts allowed at the rest only"""
     path: Annotated[Floats, GetPydanticSchema(_read_path)]
     """joint waypoints (k, dof), rad (m where a joint slides)"""
     trajectory: SegmentTimes | None
     """null without times"""
 
     def to_dict(self) -> dict[str, Any]:
-        """As ``plan.json`` has it."""
+        """Return the record as plain data."""
         return super().to_dict() | {"path": self.path.tolist()}
 
 
 @dataclass(frozen=True)
 class Event(Record):
-    """What happens at the end of a ``segment`` (from 0): ``object`` is held by ``link`` from then on, or let go of."""
+    """An event at the end of a ``segment`` (from 0): ``link`` grasps or releases ``object``, or a gripper moves."""
 
     t: Number | None
-    """s of the motion of all; null without times"""
+    """s of the joined motion; null without times"""
     kind: Literal["attach", "detach", "gripper"]
     object: Name
     link: Name
     segment: Whole
     position: Annotated[list[Number], Field(min_length=3, max_length=3)] | None = None
-    """m: where the object stands then, of an attach or detach event"""
+    """m, of the object at an attach or detach event"""
     quaternion: Annotated[list[Number], Field(min_length=4, max_length=4)] | None = None
-    """x, y, z, w: and how it is turned"""
+    """x, y, z, w, of the object"""
     joints: dict[str, Number] | None = None
-    """values that the gripper's joints go to, of a gripper event"""
+    """target values of the gripper's joints, of a gripper event"""
 
 
 def split_into_segments(candidates: Candidates, network: TaskNetwork, arcs: Ints) -> tuple[list[Segment], list[Mode]]:
-    """The stretches of a path between rests, and the mode of each.
+    """Split a path into segments between rests; return them and their modes.
 
-    Along the straight lines to and from a rest the object may touch what it stands on; off the rest
-    (:func:`off_rest`) it may not.
+    On the lines to and from a rest the object may touch its support, but not off the rest (:func:`off_rest`).
     """
     robot, motions = candidates.modes.robot, candidates.modes.motions
     legs = [(leg, list(rows)) for leg, rows in itertools.groupby(arcs.tolist(), key=lambda arc: int(network.leg[arc]))]
     corners = [[network.corners(motions, arc) for arc in rows] for _, rows in legs]
-    paths = [np.vstack([parts[0][:1], *(part[1:] for part in parts)]) for parts in corners]
+    paths = [np.vstack([lines[0][:1], *(line[1:] for line in lines)]) for lines in corners]
     unwound = np.split(robot.unwound(np.vstack(paths)), np.cumsum([len(path) for path in paths])[:-1])
     segments, modes = [], []
     for (leg, rows), path in zip(legs, unwound, strict=True):
@@ -138,9 +137,9 @@ def time_segments(
     objective: Objective,
     scale: Any,
 ) -> list[Trajectory]:
-    """The quickest motion of each segment from rest to rest; lines are kept but for their rounded corners.
+    """Time each segment from rest to rest; motions follow lines except at rounded corners.
 
-    It is proven only if it is also free without what may touch at the rest, once it is off that.
+    A motion is proven only if it is free without the contacts at its rest once it is off the rest.
     """
     robot = candidates.modes.robot
     limits = MotionLimits.from_robot(robot, timing)
@@ -150,58 +149,60 @@ def time_segments(
         checker = candidates.modes.checker_of(mode)
         line = segment.part != PARTS[0] and timing.time_law == "shortcuts"
         time_law = "blended" if line else timing.time_law
-        made, _ = time_curve(segment.path, checker, limits, time_law, 0.0, cost, timing.extra_cost)
+        motion, _ = time_curve(segment.path, checker, limits, time_law, 0.0, cost, timing.extra_cost)
         if segment.at_rest:
             strict = candidates.modes.checker_of(replace(mode, allowed=frozenset(map(frozenset, segment.may_touch))))
-            away = off_rest(made, segment.path, segment.part)  # one point where the line ends so near its rest
+            away = off_rest(motion, segment.path, segment.part)  # one point if the line is that short
             free = not len(away.seconds) or prove_motion(away, EdgeProver(strict), limits).free
-            made = replace(made, proven=made.proven and free, proof=made.proof | {"free_off_rest": free})
-        trajectories.append(recheck(made, checker))
+            motion = replace(motion, proven=motion.proven and free, proof=motion.proof | {"free_off_rest": free})
+        trajectories.append(recheck(motion, checker))
     return trajectories
 
 
-def off_rest(made: Trajectory, path: Floats, part: str) -> Trajectory:
-    """The part of a segment's motion that is farther from its rest than the corner next to that is."""
+def off_rest(motion: Trajectory, path: Floats, part: str) -> Trajectory:
+    """Return the section of a segment's motion that is farther from its rest than the corner next to it."""
     leaves = part == "retreat"
     rest, corner = (path[0], path[1]) if leaves else (path[-1], path[-2])
-    far = np.linalg.norm(made.knots() - rest, axis=1) >= np.linalg.norm(corner - rest)
+    far = np.linalg.norm(motion.knots() - rest, axis=1) >= np.linalg.norm(corner - rest)
     points = slice(int(np.argmax(far)), None) if leaves else slice(0, len(far) - int(np.argmax(far[::-1])))
-    return Trajectory(made.joints, made.nanoseconds[points], tuple(rows[points] for rows in made.columns))
+    return Trajectory(motion.joints, motion.nanoseconds[points], tuple(rows[points] for rows in motion.columns))
 
 
 def join(
     segments: Sequence[Segment], modes: Sequence[Mode], motions: Sequence[Trajectory] | None, candidates: Candidates
 ) -> tuple[list[Segment], list[Event], Trajectory | None]:
-    """The segments with their times, the events at their ends, and one motion of all, at rest while a gripper moves.
+    """Join the motions of segments, with rests while a gripper moves; return segments, events and the motion.
 
-    Without motions nothing has a time.
+    Without motions, times are None.
     """
     events = [_events_at(number, segments, modes, candidates) for number in range(len(segments))]
     if motions is None:
         return list(segments), list(itertools.chain(*events)), None
-    begin, timed, happened, clock, columns = 0, list[Segment](), list[Event](), list[Ints](), []
-    for segment, part, rest in zip(segments, motions, events, strict=True):
-        times = SegmentTimes(begin=begin / 1e9, duration=part.duration, time_law=part.time_law, proven=part.proven)
+    begin, timed, joined_events, clock, columns = 0, list[Segment](), list[Event](), list[Ints](), []
+    for segment, motion, rest in zip(segments, motions, events, strict=True):
+        law, proven = motion.time_law, motion.proven
+        times = SegmentTimes(begin=begin / 1e9, duration=motion.duration, time_law=law, proven=proven)
         timed.append(replace(segment, trajectory=times))
         rows = slice(1 if clock and clock[-1][-1] == begin else 0, None)
-        clock.append(part.nanoseconds[rows] - part.nanoseconds[0] + begin)
-        columns.append([column[rows] for column in part.columns])
+        clock.append(motion.nanoseconds[rows] - motion.nanoseconds[0] + begin)
+        columns.append([column[rows] for column in motion.columns])
         begin = int(clock[-1][-1])
-        for event in rest:  # a gripper closes before it holds, and opens after it lets go
-            happened.append(replace(event, t=begin / 1e9))
+        for event in rest:  # a gripper closes before an attach event, and opens after a detach event
+            joined_events.append(replace(event, t=begin / 1e9))
             begin += round(PAUSE * 1e9) if event.kind == "gripper" else 0
-    whole = tuple(np.concatenate(column) for column in zip(*columns, strict=True))
-    proof = {"segments": len(motions), "segments_proven": sum(part.proven for part in motions)}
-    first, listed = motions[0], tuple(event.to_dict() for event in happened)
-    proven = all(part.proven for part in motions)
-    made = Trajectory(first.joints, np.concatenate(clock), whole, first.time_law, first.limits, proven, proof, listed)
-    return timed, happened, made
+    joined = tuple(np.concatenate(column) for column in zip(*columns, strict=True))
+    proof = {"segments": len(motions), "segments_proven": sum(motion.proven for motion in motions)}
+    first, listed = motions[0], tuple(event.to_dict() for event in joined_events)
+    proven = all(motion.proven for motion in motions)
+    times = np.concatenate(clock)
+    whole = Trajectory(first.joints, times, joined, first.time_law, first.limits, proven, proof, listed)
+    return timed, joined_events, whole
 
 
 def _events_at(
     number: int, segments: Sequence[Segment], modes: Sequence[Mode], candidates: Candidates
 ) -> Sequence[Event]:
-    """What happens at the end of a segment: the gripper closes and holds, or opens and lets go."""
+    """Return the events at the end of a segment: the gripper closes and grasps, or opens and releases."""
     step, world = candidates.task.steps[segments[number].step - 1], candidates.modes
     if segments[number].part != PARTS[APPROACH] or isinstance(step, Move):
         return []

@@ -1,4 +1,4 @@
-"""A task: what is picked, where it is placed, where the arm goes. These classes stand in a task file as they are."""
+"""A task: its steps pick, place and move. The classes are also the format of task files."""
 
 from __future__ import annotations
 
@@ -26,15 +26,15 @@ _STRICT = ConfigDict(extra="forbid", allow_inf_nan=False)
 
 
 class TaskError(SceneError, ValueError):
-    """A task that makes no sense in its scene, or for its robot."""
+    """An infeasible task for its scene or robot."""
 
 
 @dataclass(frozen=True)
 class Line:
-    """A straight motion of the tool by ``distance`` (m) along ``axis`` of its own ``frame`` at rest, or the world's.
+    """A straight motion of the tool by ``distance`` (m) along ``axis`` of the tool's frame at rest, or of the world.
 
-    Without an axis it is that of the step: to a grasp along the tool's z and off it upwards, to a placement downwards
-    and off it against the tool's z. In a file a distance alone will do.
+    The default axis depends on the step: the tool's z to a grasp and upwards off it, downwards to a placement and
+    against the tool's z off it. In a file, a number is a distance.
     """
 
     distance: Annotated[Number, Field(ge=0, le=1)] = 0.1
@@ -47,11 +47,11 @@ class Line:
             axis = numbers("axis", self.axis, (3,), TaskError, FARTHEST)
             length = float(np.linalg.norm(axis))
             if not length > 1e-9:
-                raise TaskError("axis must have a length above 0, got 0: give another one, or none.")
+                raise TaskError("axis must have a length above 0, got 0: give another, or none.")
             object.__setattr__(self, "axis", tuple((axis / length).tolist()))
 
     def or_along(self, axis: Triple, frame: Literal["tool", "world"]) -> Line:
-        """The line, along ``axis`` where it has none."""
+        """Return the line, with ``axis`` if it has none."""
         return replace(self, axis=axis, frame=frame) if self.axis is None else self
 
 
@@ -59,9 +59,9 @@ Along = Annotated[Line, BeforeValidator(lambda given: given if isinstance(given,
 
 
 class Grasp(PoseFile):
-    """The tool's pose in the frame of the object that it holds; the gripper is ``opening`` (m) wide then.
+    """The tool's pose in the frame of the held object, and the ``opening`` (m) of the gripper.
 
-    With an ``axis`` the tool's z is along that, within a ``cone`` (rad) around it, and free to turn.
+    With an ``axis``, the tool's z is within a ``cone`` (rad) about it, and the tool is free to turn.
     """
 
     axis: Triple | None = None
@@ -72,14 +72,14 @@ class Grasp(PoseFile):
     def _has_one_direction(self) -> Grasp:
         turned = self.rpy is not None or self.quaternion is not None
         if self.axis is not None and (turned or not np.linalg.norm(self.axis) > 1e-9):
-            raise ValueError("give a quaternion (or rpy) or an axis that has a length, not both")
+            raise ValueError("axis must be nonzero and without quaternion or rpy: give one of them")
         if self.axis is None and self.cone:
-            raise ValueError("a cone is around an axis: give one")
+            raise ValueError("cone needs an axis: give one")
         return self
 
     @staticmethod
     def from_matrix(tool: Floats, opening: float | None = None) -> Grasp:
-        """The grasp with the tool at ``tool`` (4, 4) in the object's frame."""
+        """Return the grasp with the tool at ``tool`` (4, 4) in the object's frame."""
         tool = placement("tool", tool, TaskError)
         x, y, z, *turn = [*tool[:3, 3].tolist(), *quaternion_of(tool[:3, :3])]
         return Grasp(position=(x, y, z), quaternion=(turn[0], turn[1], turn[2], turn[3]), opening=opening)
@@ -87,9 +87,9 @@ class Grasp(PoseFile):
 
 @dataclass(frozen=True, eq=False)
 class Pick:
-    """Take ``object``: go to it along the line ``approach``, close the gripper, leave along ``retreat``.
+    """Pick ``object``: approach along the line ``approach``, close the gripper, leave along ``retreat``.
 
-    ``grasps`` None: they are generated from its shape, see :mod:`planner.tasks.sampling`.
+    ``grasps`` None generates them from the shape, see :mod:`planner.tasks.sampling`.
     """
 
     object: Annotated[Name, Field(alias="pick")]
@@ -107,7 +107,7 @@ class Pick:
 
 
 def _read_poses(_: Any, handler: Any) -> core_schema.CoreSchema:
-    """One pose or a list of poses in a file, as matrices."""
+    """Read one pose or a list of poses as matrices."""
     listed = BeforeValidator(lambda given: [given] if isinstance(given, dict) else given)
     schema = handler(Annotated[list[PoseFile], Field(min_length=1), listed])
     return core_schema.no_info_after_validator_function(lambda poses: tuple(each.matrix() for each in poses), schema)
@@ -115,11 +115,11 @@ def _read_poses(_: Any, handler: Any) -> core_schema.CoreSchema:
 
 @dataclass(frozen=True, eq=False)
 class Place:
-    """Put ``object`` down ``on`` a box, between corners ``at`` (x, y) of the world, or in one of the poses ``pose``.
+    """Place ``object`` ``on`` a box, between corners ``at`` (x, y) of the world, or at one of the poses ``pose``.
 
-    ``samples`` placements in that region are tried, the object as it stood in the scene but turned about the vertical.
-    ``pose`` are placements (4, 4) of the object. The tool goes there along ``approach`` and off along ``retreat``; its
-    frame is that of the hand as it holds the object.
+    The planner tries ``samples`` placements in that region, with the object upright as in the scene and turned about
+    the vertical. ``pose`` are placements (4, 4) of the object. The tool moves along ``approach`` to the placement and
+    along ``retreat`` off it; the frame of these lines is that of the tool with the object.
     """
 
     object: Annotated[Name, Field(alias="place")]
@@ -133,7 +133,7 @@ class Place:
 
     def __post_init__(self) -> None:
         if (self.on is None) != (self.at is None) or (self.on is None) != bool(len(self.pose)):
-            raise TaskError("give 'on' and 'at', a box and two corners of a region, or a 'pose'")
+            raise TaskError("place needs 'on' and 'at', a box and two corners of a region, or else 'pose': give one")
         poses = tuple(frozen(placement("pose", each, TaskError, FARTHEST)) for each in self.pose)
         object.__setattr__(self, "pose", poses)
         object.__setattr__(self, "approach", self.approach.or_along((0.0, 0.0, -1.0), "world"))
@@ -142,7 +142,7 @@ class Place:
 
 @dataclass(frozen=True)
 class Move:
-    """Go to a state, which is written as the start of :func:`planner.plan`."""
+    """Move to a state, in the notation of the start of :func:`planner.plan`."""
 
     to: Annotated[Name, Field(alias="move")]
     __pydantic_config__: ClassVar = _STRICT
@@ -155,16 +155,16 @@ Step = Pick | Place | Move
 
 
 def step_text(step: Step) -> str:
-    """A step in words."""
+    """Return a step in words."""
     return f"move to {step.to}" if isinstance(step, Move) else f"{type(step).__name__.lower()} {step.object}"
 
 
 @dataclass(frozen=True)
 class Gripper:
-    """Joint values (rad, m) ``open`` and ``closed``, the widest ``opening`` (m), and the links that grasp.
+    """Joint values (rad, m) ``open`` and ``closed``, the largest ``opening`` (m), and links for contact.
 
-    ``touch`` are the links that may touch what is grasped. None: as the robot has it, see
-    :func:`planner.tasks.sampling.complete_gripper`, which fills in all but an opening that the robot does not show.
+    ``touch`` are links that may touch the grasped object. :func:`planner.tasks.sampling.complete_gripper` fills in
+    None from the robot, except an opening that the robot does not define.
     """
 
     open: Mapping[str, Coordinate] | None = None
@@ -174,7 +174,7 @@ class Gripper:
     __pydantic_config__: ClassVar = _STRICT
 
     def values(self, opening: float | None) -> dict[str, float]:
-        """The joint values at an ``opening`` (m); None: wholly closed."""
+        """Return the joint values at an ``opening`` (m); None is closed."""
         share = 0.0 if opening is None or not self.opening else min(opening / self.opening, 1.0)
         wide = self.open or {}
         return {name: low + share * (wide.get(name, low) - low) for name, low in (self.closed or {}).items()}
@@ -186,7 +186,7 @@ def _kind(data: Any) -> str | None:
 
 
 def _name_on(data: Any) -> Any:
-    """YAML reads the key ``on`` as true."""
+    """Restore the key ``on``, which YAML reads as true."""
     return {"on" if key is True else key: value for key, value in data.items()}
 
 
@@ -202,7 +202,7 @@ _NAME = GetPydanticSchema(lambda _, handler: handler(Name))
 
 @dataclass(frozen=True, eq=False)
 class Task:
-    """Steps of one arm in one scene, in this order; what is picked are obstacles of the scene, by name.
+    """Steps of one arm in one scene, in order; picked objects are obstacles of the scene, by name.
 
     Task.load("task.yaml")
     Task("panda", "table.yaml", (Pick("mug"), Place("mug", "board", ((0.4, 0.1), (0.7, 0.3))), Move("home")))
@@ -218,13 +218,13 @@ class Task:
 
     @staticmethod
     def load(path: StrPath) -> Task:
-        """The task in a YAML file; :class:`TaskError` or ``FileError`` name the key that is wrong."""
+        """Load the task in a YAML file; :class:`TaskError` or ``FileError`` name the wrong key."""
         path = Path(path)
         where = f"task file {path}"
         data = parse_yaml(read_text(path, "task file"), where)
         task = validate(Task, {"name": path.stem, **data} if isinstance(data, dict) else data, where, TaskError)
-        beside = {name: str(path.parent / str(getattr(task, name))) for name in ("robot", "scene")}
-        built_in = {name for name in beside if scene_file(str(getattr(task, name))) is not None}
+        nearby = {name: str(path.parent / str(getattr(task, name))) for name in ("robot", "scene")}
+        built_in = {name for name in nearby if scene_file(str(getattr(task, name))) is not None}
         return replace(
-            task, **{name: near for name, near in beside.items() if name not in built_in and os.path.isfile(near)}
+            task, **{name: near for name, near in nearby.items() if name not in built_in and os.path.isfile(near)}
         )

@@ -109,4 +109,4 @@ def test_what_cannot_be_done_is_said_with_code_4(run: Run, tmp_path: Path) -> No
     reason = json.loads((tmp_path / "out/plan.json").read_text())["reason"]
     assert (reason["kind"], reason["step"], reason["what"]) == ("step_fails", 1, "no_grasp")
     assert reason["out_of_reach"] == reason["tried"] == 200
-    assert "no grasp is left, 200 of 200 out of reach" in " ".join(text.split())
+    assert "no grasp is feasible, 200 of 200 out of reach" in " ".join(text.split())

@@ -7,7 +7,7 @@ import pytest
 
 from planner.collision import make_checker
 from planner.collision.recheck import Clearance, dense_states
-from planner.planning.improvement import halves, prove_path_clearance, with_min_clearance
+from planner.planning.improvement import certify_clearance, halves, prove_path_clearance
 from planner.planning.plan import plan
 from planner.problem.request import PlanRequest, TimingRequest
 from planner.robot.poses import pose
@@ -59,7 +59,7 @@ def test_a_narrow_goal_leaves_half_of_it_or_less_and_says_so() -> None:
 def test_certificates_of_a_level_are_proofs() -> None:
     """Every edge that is said to keep a clearance does so at dense states, by coal; others do not all."""
     roadmap, checker = post_roadmap(), make_post()
-    found, kept = with_min_clearance(roadmap, checker, ASKED.with_options(extra_clearance=0.03).quality)
+    found, kept = certify_clearance(roadmap, checker, ASKED.with_options(extra_clearance=0.03).quality)
     assert kept == 0.03
     judge = Clearance(make_checker(checker.robot, checker.world.scene, "coal"))
     least = np.array([
@@ -77,7 +77,7 @@ def test_halves_down_to_nothing() -> None:
     assert halves(0.008)[:3] == [0.008, 0.004, 0.002]
     roadmap, asked = post_roadmap(), ASKED.with_options(extra_clearance=0.008).quality
     alone = roadmap.part(np.ones(len(roadmap.nodes), dtype=bool), np.zeros(len(roadmap.edges), dtype=bool))
-    assert with_min_clearance(alone, make_post(), asked) == (alone, 0.0)
+    assert certify_clearance(alone, make_post(), asked) == (alone, 0.0)
 
 
 def test_of_a_path() -> None:

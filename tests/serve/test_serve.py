@@ -90,7 +90,7 @@ def test_gate_and_planner_know_a_change_and_each_client_has_its_own_world(addres
     [
         ("nothing", {}, "method 'nothing' not found; methods are load,"),
         ("check", {"positions": [[0.0]], "times": [0.0]}, r"positions has shape \(1, 1\)"),
-        ("check", {**CHUNK, "state": {"q": [9.0, 0.0], "qd": [0.0, 0.0]}}, "the state is outside the limits: joint"),
+        ("check", {**CHUNK, "state": {"q": [9.0, 0.0], "qd": [0.0, 0.0]}}, "state of joint"),
         ("check", {**CHUNK, "world": "main"}, "unknown key 'world'"),
         ("load", {"limits": {"velocty_scale": 0.5}}, "unknown key 'limits.velocty_scale'"),
         ("load", {"robot": "nowhere"}, "robot 'nowhere' not found"),

@@ -247,9 +247,9 @@ BAD: dict[str, tuple[type[PlannerError], dict[str, Any], str]] = {
     "a NaN": (ArrayError, {"positions": np.full((3, 2), np.nan)}, "finite"),
     "no velocities": (ArrayError, {"accelerations": np.zeros((3, 2))}, "need velocities"),
     "not increasing": (ArrayError, {"times": [0.1, 0.3, 0.2]}, r"times\[2\]"),
-    "one point": (ArrayError, {"positions": np.zeros((1, 2)), "times": [0.1], "state": None}, "no motion"),
+    "one point": (ArrayError, {"positions": np.zeros((1, 2)), "times": [0.1], "state": None}, "got one point"),
     "state shape": (StateError, {"state": (np.zeros(3), np.zeros(3))}, "state"),
-    "state outside": (StateError, {"state": (np.array([50.0, 0.0]), np.zeros(2))}, "outside the limits"),
+    "state outside": (StateError, {"state": (np.array([50.0, 0.0]), np.zeros(2))}, "state of joint"),
 }
 
 
@@ -283,7 +283,7 @@ def test_a_wheel_that_controllers_may_turn_either_way_is_refused() -> None:
     here = 0.5 * (np.where(robot.continuous, 0.0, robot.lower) + np.where(robot.continuous, 0.0, robot.upper))
     there = here.copy()
     for here[joint], there[joint] in ((0.0, np.pi), (0.3 - np.pi, 0.3), (-3.1, 3.1)):
-        with pytest.raises(StateError, match="half a turn or more"):
+        with pytest.raises(StateError, match="less than half a turn"):
             asked.check(there[None], times=[5.0], state=(here, 0 * here))
     here[joint] += 2 * np.pi
     assert asked.check(there[None], times=[5.0], state=(here, 0 * here), stop=False).safe_until in (0.0, 5.0)
@@ -332,10 +332,10 @@ def test_what_is_kept_is_kept_by_the_motion_and_by_its_stops() -> None:
     assert not verdict
     assert len(repr(verdict)) < 300
     assert verdict.reason is not None
-    assert (verdict.reason.kind, verdict.reason.on, verdict.safe_until) == ("kept", "motion", 2.0)
+    assert (verdict.reason.kind, verdict.reason.on, verdict.safe_until) == ("constraint", "motion", 2.0)
     assert constraint.text in str(verdict)
     fast = np.array([[0.3, 0.0], [0.02, 0.0]]), np.array([[0.0, 0.0], [-1.0, 0.0]])
     assert free.check(*fast, times=times, state=here).safe
     verdict = gate.check(*fast, times=times, state=here)
     assert verdict.reason is not None
-    assert (verdict.reason.kind, verdict.reason.on) == ("kept", "stop")
+    assert (verdict.reason.kind, verdict.reason.on) == ("constraint", "stop")

@@ -110,5 +110,5 @@ def test_dicts_and_matrices_are_taken_as_obstacles_and_poses() -> None:
         np.testing.assert_array_equal(session.scene.obstacles[0].placement, one)
     session.add({"type": "box", "size": [0.1, 0.1, 0.1], "motion": [{"t": 0, "position": [0, 0, 2]}, {"t": 1}]})
     assert [item.name for item in session.scene.moving] == ["box_0"]
-    with pytest.raises(SceneError, match="'far' is empty or taken"):
+    with pytest.raises(SceneError, match="got 'far'"):
         session.add({"name": "far", "type": "sphere", "radius": 0.1})

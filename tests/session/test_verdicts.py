@@ -107,7 +107,7 @@ def test_what_jumps_between_the_state_and_a_first_point_at_0_s_is_not_safe(
         assert (found.safe_until, found.first_bad) == (0.0, 0.0)
     unknown = gate.check(*points, times=[0.0, 1.0], state=(home, zero))
     assert unknown.safe
-    assert "jerk at the first point is not judged" in " ".join(unknown.notes)
+    assert "jerk at the first point is not checked" in " ".join(unknown.notes)
 
 
 CART = """<robot name="cart"><link name="base"/><link name="tool"/><link name="cart"><collision><geometry>

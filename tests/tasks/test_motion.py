@@ -142,7 +142,7 @@ def test_check_sees_an_object_that_is_carried_through_what_it_rests_on(plan: Tas
     assert deepest < -0.02
     for number, path in ((3, [record.segments[3].path[0], below]), (4, [below, rest])):
         record.segments[number] = replace(record.segments[number], path=np.array(path))
-    (finding,) = check_task(record, plan.judge, None).parts[4].findings
+    (finding,) = check_task(record, plan.checker, None).parts[4].findings
     assert "'mug' and 'board' touch" in finding.sentence
     assert "off the rest of 'mug'" in finding.sentence
 

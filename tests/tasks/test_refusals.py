@@ -34,26 +34,26 @@ KEYS = ["pick", "place", "move", "on", "at", "pose", "samples", "grasps", "appro
 KEYS += ["frame", "position", "rpy", "quaternion", "cone", "opening", "open", "closed", "touch"]
 SPOT = "at: [[0.4, 0.3], [0.6, 0.4]]"  # as the rows name it
 WRONG = {
-    "steps: [{pick: mugg}]": "step 1 picks 'mugg' (did you mean 'mug'?), not in the scene; obstacles are table",
-    "steps: [{pick: mug}, {place: mug, pose: {position: [0.5, 0.3, 0.4]}}]": "stand in the air at (0.5, 0.3",
-    "steps: [{pick: mug}, {place: mug, pose: {position: [0.5, 0.3, 0.2]}}]": "would lie inside 'board'",
-    "steps: [{pick: mug}, {place: mug, on: board, at: [[0.4, 0.3], [0.45, 0.4]]}]": "smaller than 'mug'",
-    "steps: [{pick: mug}, {place: mug, on: board, at: [[400, 300], [600, 400]]}]": "y 0.15 to 0.55 m): keep it inside",
+    "steps: [{pick: mugg}]": "step 1 picks 'mugg' (did you mean 'mug'?), not found in the scene; obstacles are table",
+    "steps: [{pick: mug}, {place: mug, pose: {position: [0.5, 0.3, 0.4]}}]": "got (0.5, 0.3, 0.4) m without one",
+    "steps: [{pick: mug}, {place: mug, pose: {position: [0.5, 0.3, 0.2]}}]": "must be outside of 'board'",
+    "steps: [{pick: mug}, {place: mug, on: board, at: [[0.4, 0.3], [0.45, 0.4]]}]": "must be larger than 'mug'",
+    "steps: [{pick: mug}, {place: mug, on: board, at: [[400, 300], [600, 400]]}]": "y 0.15 to 0.55 m: make it smaller",
     "steps: [{pick: mug}, {place: mug, on: tilted, SPOT}]": "'tilted' must be a box with a level top",
-    "steps: [{pick: mug}, {place: mug, on: board}]": "give 'on' and 'at', a box and two corners of a region, or a",
+    "steps: [{pick: mug}, {place: mug, on: board}]": "place needs 'on' and 'at', a box and two corners of a region",
     "steps: [{place: mug, on: board, SPOT}]": "nothing is held: pick it first",
     "steps: [{pick: mug}, {pick: ball}]": "picks 'ball' while 'mug' is held: place that first",
     "steps: [{pick: mug, grasps: [{opening: 0.5}]}]": "a grasp of 'mug' must open at most 0.08 m, got 0.5",
-    "steps: [{pick: mug, grasps: [{axis: [0, 0, 1], rpy: [0, 0, 0]}]}]": "a quaternion (or rpy) or an axis that",
+    "steps: [{pick: mug, grasps: [{axis: [0, 0, 1], rpy: [0, 0, 0]}]}]": "axis must be nonzero and without quaternion",
     "steps: [{pick: mug, graps: auto}]": "unknown key 'steps.0.pick.graps' (did you mean 'grasps'?)",
     "steps: [{pick: mug, retreat: {axis: [0, 0, 0]}}]": "axis must have a length above 0",
-    "steps: [{pick: crate}]": "'crate' is wider than the gripper opens (0.08 m)",
+    "steps: [{pick: crate}]": "'crate' must be narrower than the gripper's opening of 0.08 m",
     "steps: [{move: crash}]": "step 1, the move, is in collision",
     "steps: [{shove: mug}]": "'steps.0' is wrong: give one of pick, place and move",
     "steps: []": "'steps' is wrong",
-    "steps: [{pick: mug}]\ngripper: {open: {claw: 0.04}}": "the gripper cannot move 'claw': joints of panda",
-    "steps: [{pick: mug}]\ngripper: {open: {panda_finger_joint1: 40}}": "outside its limits [0, 0.04]",
-    "steps: [{pick: mug}]\ngripper: {touch: [claw]}": "link 'claw' cannot touch what is grasped",
+    "steps: [{pick: mug}]\ngripper: {open: {claw: 0.04}}": "joint of the gripper must be a fixed joint of panda",
+    "steps: [{pick: mug}]\ngripper: {open: {panda_finger_joint1: 40}}": "must be in [0, 0.04], got 40",
+    "steps: [{pick: mug}]\ngripper: {touch: [claw]}": "link 'claw' of 'touch' not found",
 }
 
 
@@ -125,16 +125,16 @@ CONSTRAINTS = {"plane:0,0,1,0.45": ("no_grasp", 3), "axis:z,0,0,-1,0.1": ("no_pa
 @pytest.mark.parametrize("constraint", CONSTRAINTS)
 def test_what_strays_from_what_is_kept_is_counted_as_that(constraint: str) -> None:
     """Grasps below a plane that the tool stays above, and one that tilts more than the tool may: nothing touches."""
-    found, (what, strays) = (
+    found, (what, violations) = (
         task(replace(SMALL, scene=replace(SCENE, constraints=constraint)), nodes=20, timing=None),
         CONSTRAINTS[constraint],
     )
     assert found.reason is not None
     assert found.reason.what == what
-    assert (found.reason.strays, found.reason.contacts, found.reason.conditions) == (strays, {}, (constraint,))
-    assert f"{strays} straying from what is kept ({constraint})" in found.message
+    assert (found.reason.violations, found.reason.contacts, found.reason.conditions) == (violations, {}, (constraint,))
+    assert f"{violations} against constraints ({constraint})" in found.message
     assert "None" not in found.message
-    assert found.to_dict()["reason"]["strays"] == strays
+    assert found.to_dict()["reason"]["violations"] == violations
 
 
 def test_no_placement_that_the_object_fits_into() -> None:
@@ -149,7 +149,7 @@ def test_no_placement_that_the_object_fits_into() -> None:
     assert found.reason.names == {"mug", "peg"}
     reason = found.reason  # each pair of a grasp and a placement once, however many configurations of it are in contact
     assert reason.out_of_reach + sum(reason.contacts.values()) <= reason.tried
-    assert "Step 2 (place mug) cannot be done: no placement is left" in found.message
+    assert "Step 2 (place mug) cannot be done: no placement is feasible" in found.message
 
 
 def test_a_free_axis_and_a_cone_become_poses(folder: Path) -> None:

@@ -294,7 +294,7 @@ def test_options_that_make_no_sense_are_refused() -> None:
     for wrong in ({"tool_speed": np.nan}, {"goal": 3}, {"path_only": True}, {"ladder_density": 0}):
         with pytest.raises(OptionError):
             FollowRequest.from_options(**wrong)
-    with pytest.raises(OptionError, match="--extra-cost says nothing to a tool path"):
+    with pytest.raises(OptionError, match="--extra-cost needs --start"):
         follow(RASTER, request=REQUEST, timing=TimingRequest(extra_cost=0.5))
-    with pytest.raises(SceneError, match="a tool path needs a still one"):
+    with pytest.raises(SceneError, match="must have no moving obstacles"):
         follow(RASTER, robot="panda", scene=ROOT / "scenes/examples/cart.yaml", timing=None)
