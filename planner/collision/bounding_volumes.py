@@ -7,7 +7,8 @@ from typing import Any
 import numpy as np
 
 from planner.base.arrays import Floats, distinct_rows, frozen, length, product
-from planner.robot.shapes import Box, Capsule, Cylinder, Mesh, Shape, Sphere
+from planner.robot.clouds import Points, Seen
+from planner.robot.shapes import CORNERS, Box, Capsule, Cylinder, Mesh, Shape, Sphere
 from planner.robot.solids import solid_of, vertices_in_triangles
 
 
@@ -138,6 +139,9 @@ def hull_of(mesh: Mesh) -> tuple[Floats, float]:
     The depth is rough, 0 where the mesh is convex and inf where it is not closed: it says where the hull is good enough
     a bound.
     """
+    if isinstance(mesh, Seen):  # a box will do: no hull stands for a cloud
+        low, high = mesh.vertices.min(axis=0), mesh.vertices.max(axis=0)
+        return frozen(0.5 * (low + high) + CORNERS * (high - low)), np.inf
     return frozen(hull_corners(mesh.vertices[vertices_in_triangles(mesh)])), dent_depth(mesh)
 
 
@@ -187,6 +191,9 @@ def widen_triangles(mesh: Mesh) -> Mesh:
     FCL called a ball of 2.3 m touching that was 0.22 m away from a mesh with two coinciding corners, coal one that was
     0.56 m away. The longest side stays where it is; the corner opposite is replaced by one beside it.
     """
+    if isinstance(mesh, Points):
+        vertices = (mesh.vertices[:, None] + _WIDE * np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0]])).reshape(-1, 3)
+        return Mesh(vertices, np.arange(len(vertices)).reshape(-1, 3))
     corners = mesh.vertices[mesh.triangles]
     sides = np.linalg.norm(np.roll(corners, -1, axis=1) - corners, axis=2)
     area = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)

@@ -21,6 +21,7 @@ from planner.collision.bounding_volumes import Spheres, box_cover, hull_of, sphe
 from planner.collision.world import World
 from planner.kinematics.forward import Chain, joint_placements, travel
 from planner.native.compiled import Look, NativeBounds, NativeChain, NativeWorld
+from planner.robot.clouds import Seen
 from planner.robot.moving import KnownMotion
 from planner.robot.shapes import (
     Body,
@@ -186,6 +187,8 @@ def _add(native: NativeWorld, joint: int, shape: Shape, placement: Floats) -> in
         hull = points @ turn.T + shift
         if depth < _CONVEX:
             return native.add_hull(joint, hull, shape.radius)
+        if isinstance(shape, Seen):
+            return native.add_surface(joint, hull, shape.cells @ turn.T + shift, depth, shape.radius)
         triangles = (shape.vertices @ turn.T + shift)[shape.triangles]
         return native.add_surface(joint, hull, triangles, depth, shape.radius)
     points, radius = corners(shape)

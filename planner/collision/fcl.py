@@ -16,6 +16,7 @@ from planner.collision.bounds import ClearanceBound
 from planner.collision.checker import CollisionChecker
 from planner.collision.world import Contact, World
 from planner.kinematics.forward import Chain, joint_placements
+from planner.robot.clouds import Seen
 from planner.robot.shapes import Box, Capsule, Cylinder, Mesh, Shape, Sphere, bounding_box
 
 _CLEARLY = 1e-4  # m: what boxes are farther apart touches for no library, whatever it rounds
@@ -51,7 +52,8 @@ class Boxes:
         self._joints = np.array([body.joint for body in world.bodies], dtype=np.int64)
         self._halves, self._turns, self._middles = boxes[:count, 1], turns[:count], middles[:count]
         self._obstacles = _Placed.of(boxes[count:, 1], turns[count:, None], middles[count:, None])
-        self._checked, self._own = world.checked, world.self_pairs
+        seen = np.array([isinstance(item.shape, Seen) for item in world.obstacles], dtype=bool)
+        self._checked, self._own = world.checked & ~seen, world.self_pairs  # planes decide on clouds
 
     def near(self, rotation: Floats, position: Floats, reach: float) -> Iterator[tuple[Ints, Ints]]:
         """Checked pairs that may be no farther apart than ``reach`` (m): their configurations and numbers, (k,) each.

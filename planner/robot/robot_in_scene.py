@@ -9,6 +9,7 @@ import numpy as np
 from planner.base.arrays import Floats, frozen
 from planner.base.errors import Note, RobotError, SceneError, choices
 from planner.base.yamlfile import quote, suggest_name
+from planner.robot.clouds import Seen
 from planner.robot.robot import Robot, frame_of_carried
 from planner.robot.scene import Scene
 from planner.robot.shapes import Carried, Mesh, Shape, bounding_box
@@ -122,7 +123,7 @@ def _of_robot(robot: Robot) -> Iterator[Note]:
 def _of_scene(scene: Scene) -> Iterator[Note]:
     """Meshes that are not closed; and what moves, which only what has times can see."""
     for item in scene.obstacles:
-        if isinstance(item.shape, Mesh) and not is_watertight(item.shape):
+        if isinstance(item.shape, Mesh) and not isinstance(item.shape, Seen) and not is_watertight(item.shape):
             yield Note(
                 f"mesh '{item.name}' is not closed, or its triangles do not all face in one direction: only what "
                 "crosses its surface is seen, not what is wholly inside."

@@ -23,6 +23,7 @@ from planner.base.yamlfile import (
     Coordinate,
     Name,
     Number,
+    Size,
     Strict,
     find_duplicates,
     parse_yaml,
@@ -34,6 +35,8 @@ from planner.base.yamlfile import (
 from planner.problem.conditions import AND, read_conditions
 from planner.problem.options import EMPTY, SceneLike
 from planner.problem.targets import TURN
+from planner.robot.clouds import DepthImage, Points, Unknown, notes_on_clouds, split_regions
+from planner.robot.files.clouds import read_depth, read_points, read_voxels
 from planner.robot.files.meshes import collada_notes, read_mesh
 from planner.robot.moving import LONGEST, KnownMotion, MovingObstacle, require_times
 from planner.robot.poses import pose, quaternion_of
@@ -86,6 +89,8 @@ class _Standing(PoseFile):
             require_times([pose.t for pose in self.motion])
             if placed := {"position", "rpy", "quaternion", "speed_limit"} & self.model_fields_set:
                 raise ValueError(f"give a motion or a {min(placed)}, not both: the motion says where it is")
+        elif getattr(self, "type", "") in _SEEN and not {"position", "rpy", "quaternion"} & self.model_fields_set:
+            raise ValueError("give the pose of the sensor, position: [0, 0, 0] where its numbers are the world's")
         return self
 
 
@@ -103,13 +108,38 @@ class _MeshFile:
     scale: Annotated[Number, pydantic.Field(ge=1e-9, le=1e9)] = 1.0
 
 
+_Length = Annotated[Number, pydantic.Field(ge=0, le=FARTHEST)]
+
+
+@dataclass(frozen=True)
+class _PointsFile(_MeshFile):
+    radius: Size | None = None
+    noise: _Length = 0.0
+    calibration: _Length = 0.0
+    regions: dict[Name, tuple[Coordinate, Coordinate, Coordinate, Coordinate, Coordinate, Coordinate]] | None = None
+
+
+@dataclass(frozen=True)
+class _DepthFile:
+    file: str
+    intrinsics: tuple[Size, Size, Coordinate, Coordinate]
+    scale: Annotated[Number, pydantic.Field(ge=1e-9, le=1e9)] = 1e-3
+    limits: tuple[Size, Size] = (0.1, 2.0)
+    noise: _Length = 0.0
+    calibration: _Length = 0.0
+    unknown: Unknown = "solid"
+    pitch: Size = 0.025
+    thinning: Size = 0.005
+
+
 _SHAPES = {"box": Box, "sphere": Sphere, "cylinder": Cylinder, "capsule": Capsule, "mesh": _MeshFile}
+_SEEN = {"points": _PointsFile, "voxels": _MeshFile, "depth": _DepthFile}
 
 
-def _with_shapes(thing: type[PoseFile], name: str) -> Any:
+def _with_shapes(thing: type[PoseFile], name: str, shapes: Mapping[str, Any] = _SHAPES) -> Any:
     """The file models of a ``thing``: its keys, with those of the shape's class that ``type`` names."""
     models = []
-    for kind, shape in _SHAPES.items():
+    for kind, shape in shapes.items():
         hints = get_type_hints(shape, include_extras=True)
         keys: dict[str, Any] = {key: (hint, getattr(shape, key, ...)) for key, hint in hints.items()}
         keys["type"] = Literal[kind], ...
@@ -117,7 +147,7 @@ def _with_shapes(thing: type[PoseFile], name: str) -> Any:
     return Annotated[reduce(or_, models), pydantic.Field(discriminator="type")]
 
 
-ObstacleFile: TypeAlias = _with_shapes(_Standing, "")  # pyright: ignore[reportInvalidTypeForm]
+ObstacleFile: TypeAlias = _with_shapes(_Standing, "", _SHAPES | _SEEN)  # pyright: ignore[reportInvalidTypeForm]
 CarriedFile: TypeAlias = _with_shapes(_Held, "Carried")  # pyright: ignore[reportInvalidTypeForm]
 
 
@@ -185,6 +215,7 @@ class Scene:
         given, notes = build_obstacles(self.obstacles, f"scene '{self.name}'")
         moving = [item for item in given if isinstance(item, MovingObstacle)]
         object.__setattr__(self, "obstacles", tuple(item for item in given if isinstance(item, Obstacle)))
+        notes += tuple(note for note in notes_on_clouds(self.obstacles) if note not in self.notes)
         for name, more in (("moving", moving), ("carried", ()), ("notes", notes)):
             object.__setattr__(self, name, (*getattr(self, name), *more))
         if twice := find_duplicates(item.name for item in (*self.obstacles, *self.moving, *self.carried)):
@@ -243,19 +274,33 @@ class Scene:
 
 
 def _shape(item: ObstacleFile | CarriedFile, folder: Path) -> Shape:
-    """The shape that a file describes; a mesh is read from its own file in ``folder``."""
-    if item.type == "mesh":
-        return read_mesh(folder / item.file, item.scale)
+    """Return the shape that a file describes; meshes, points and voxels stand in files of their own in ``folder``."""
+    match item.type:
+        case "mesh":
+            return read_mesh(folder / item.file, item.scale)
+        case "voxels":
+            return read_voxels(folder / item.file, item.scale)
+        case "points":
+            xyz = read_points(folder / item.file, item.scale)
+            return Points(xyz, item.radius, item.noise, item.calibration)
     shape = _SHAPES[item.type]
     return shape(*(getattr(item, key) for key in get_type_hints(shape)))
 
 
-def build_obstacle(item: ObstacleFile, folder: Path = Path()) -> Obstacle | MovingObstacle:
-    """An obstacle as a file in that ``folder`` has it."""
+def read_obstacle(item: ObstacleFile, folder: Path = Path()) -> list[Obstacle | MovingObstacle]:
+    """Return the obstacle of a file in ``folder``; of a depth image the surface and the unknown space."""
+    if item.type == "depth":
+        depth = read_depth(folder / item.file, item.scale)
+        settings = {key: getattr(item, key) for key in get_type_hints(_DepthFile) if key not in ("file", "scale")}
+        if item.motion or item.speed_limit:
+            raise SceneError(f"obstacle '{item.name}': a depth image must stand, got a motion or a speed limit.")
+        return [*DepthImage(depth, pose=item.matrix(), **settings).obstacles(item.name)]
+    if item.type == "points" and item.regions:
+        return [*split_regions(item.name, _shape(item, folder), item.matrix(), item.regions)]
     if not item.motion:
-        return Obstacle(item.name, _shape(item, folder), item.matrix(), speed_limit=item.speed_limit)
+        return [Obstacle(item.name, _shape(item, folder), item.matrix(), speed_limit=item.speed_limit)]
     motion = KnownMotion([pose.t for pose in item.motion], [pose.matrix() for pose in item.motion])
-    return MovingObstacle(item.name, _shape(item, folder), motion)
+    return [MovingObstacle(item.name, _shape(item, folder), motion)]
 
 
 def build_obstacles(
@@ -271,8 +316,9 @@ def build_obstacles(
         if isinstance(item, Mapping)
     ]
     files = validate(SceneFile, {"obstacles": dicts}, where, SceneError).obstacles
-    read = (build_obstacle(item) for item in files)
-    return [next(read) if isinstance(item, Mapping) else item for item in given], mesh_notes(files)
+    read = (read_obstacle(item) for item in files)
+    made = [next(read) if isinstance(item, Mapping) else [item] for item in given]
+    return [item for items in made for item in items], mesh_notes(files)
 
 
 def _plain(value: Any) -> Any:
@@ -287,7 +333,7 @@ def mesh_notes(items: Iterable[ObstacleFile | CarriedFile], folder: Path = Path(
 
 def _build(file: SceneFile, path: Path) -> Scene:
     folder = path.parent
-    obstacles: Any = [build_obstacle(item, folder) for item in file.obstacles]
+    obstacles: Any = [obstacle for item in file.obstacles for obstacle in read_obstacle(item, folder)]
     return Scene(
         file.name or path.stem,
         obstacles,

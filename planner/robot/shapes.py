@@ -180,21 +180,21 @@ class Carried(_Placed):
     object_id: str | None = None
 
 
-_CORNERS = np.array(np.meshgrid([-0.5, 0.5], [-0.5, 0.5], [-0.5, 0.5])).reshape(3, -1).T  # (8, 3) of a cube
+CORNERS = np.array(np.meshgrid([-0.5, 0.5], [-0.5, 0.5], [-0.5, 0.5])).reshape(3, -1).T  # (8, 3) of a cube
 
 
 def corners(shape: Shape) -> tuple[Floats, float]:
     """Points and a radius whose rounded convex hull contains the shape: ((k, 3), r)."""
     match shape:
         case Box(size):
-            return _CORNERS * np.asarray(size), 0.0
+            return CORNERS * np.asarray(size), 0.0
         case Sphere(radius):
             return np.zeros((1, 3)), radius
         case Capsule(radius, length):
             return np.array([[0, 0, -0.5 * length], [0, 0, 0.5 * length]]), radius
         case Cylinder(radius, length):
             # the circumscribed box of the discs: conservative by a factor sqrt(2) at four lines
-            return _CORNERS * np.array([2.0 * radius, 2.0 * radius, length]), 0.0
+            return CORNERS * np.array([2.0 * radius, 2.0 * radius, length]), 0.0
         case Mesh():
             return shape.vertices, shape.radius
 

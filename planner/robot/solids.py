@@ -9,6 +9,7 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
 from planner.base.arrays import Bools, Floats, Ints, distinct_rows, frozen
+from planner.robot.clouds import Seen
 from planner.robot.shapes import Box, Capsule, Cylinder, Mesh, Shape, Sphere
 
 _CHUNK = 200_000  # solid angles at a time
@@ -49,6 +50,8 @@ def _winding(corners: Floats, points: Floats) -> Floats:
 @lru_cache(maxsize=1024)
 def solid_of(mesh: Mesh) -> Solid | None:
     """The closed pieces of ``mesh`` as a solid; None where there are none."""
+    if isinstance(mesh, Seen):
+        return None
     triangles, piece, closed = _pieces(mesh)
     if not closed.any():
         return None
@@ -81,6 +84,8 @@ def points_of_components(shape: Shape) -> Floats:
     """
     if not isinstance(shape, Mesh):
         return np.zeros((1, 3))
+    if isinstance(shape, Seen):
+        return shape.representatives
     triangles, piece, _ = _pieces(shape)
     return frozen(shape.vertices[triangles[np.unique(piece, return_index=True)[1], 0]])
 
@@ -109,6 +114,8 @@ def _measures(shape: Shape) -> tuple[float, float]:
             return float(np.hypot(length, 2 * radius)), min(length, 2 * radius)
         case Capsule(radius, length):
             return length + 2 * radius, 2 * radius
+        case Seen():
+            return 0.0, 0.0  # any cell may be inside
         case Mesh():
             points = shape.vertices[vertices_in_triangles(shape)]
             pieces = len(points_of_components(shape))

@@ -37,7 +37,7 @@ from planner.problem.conditions import read_conditions
 from planner.problem.request import TimingRequest, WorldRequest
 from planner.query.robots import robot_sources, scene_sources
 from planner.robot.robot_in_scene import notes
-from planner.robot.scene import build_obstacle, mesh_notes
+from planner.robot.scene import mesh_notes, read_obstacle
 from planner.serve import messages as ask
 from planner.session.gate import Gate
 from planner.session.live_world import LiveWorld
@@ -291,11 +291,12 @@ def _change(gate: Gate, asked: ask.Change) -> dict[str, Any]:
         if isinstance(each, ask.Move):
             world.put(each.name, each.matrix())
         elif isinstance(each, ask.Add):
-            if each.obstacle.type == "mesh":
+            if hasattr(each.obstacle, "file"):
                 _require_models([Path(each.obstacle.file)])
             if each.obstacle.motion:
                 raise SceneError(f"'{each.obstacle.name}' has a motion: give one that stands, or a speed_limit.")
-            world.add(build_obstacle(each.obstacle))
+            for item in read_obstacle(each.obstacle):
+                world.add(item)
             found += mesh_notes([each.obstacle])
         elif isinstance(each, ask.Attach):
             world.attach(each.name, each.frame, np.array(each.at), each.touch_links)

@@ -12,10 +12,12 @@ from planner.base.arrays import Floats, is_placement, numbers
 from planner.base.errors import SceneError, StateError, choices
 from planner.base.yamlfile import FARTHEST, validate
 from planner.collision.checker import CollisionChecker
+from planner.collision.self_filter import without_robot
 from planner.problem.request import WorldRequest
 from planner.query.query import make_checker_for
 from planner.query.resolve import contact_reason
 from planner.query.robots import attach_object, detach_object
+from planner.robot.clouds import DepthImage, Points, Voxels, split_blocks
 from planner.robot.moving import MovingObstacle
 from planner.robot.poses import pose
 from planner.robot.robot import Robot, with_carried
@@ -118,6 +120,42 @@ class LiveWorld:
             return replace(scene, obstacles=obstacles, allowed=allowed)
 
         self._change(remove_from)
+
+    def see(
+        self,
+        name: str,
+        seen: Points | Voxels | DepthImage,
+        placement: Floats | None = None,
+        q: Floats | None = None,
+        margin: float = 0.02,
+    ) -> None:
+        """Replace all that the sensor ``name`` has shown by what it shows now, at a ``placement`` (4, 4) in the world.
+
+        Blocks of a cloud that are as before stay the same obstacles, so that nothing near them is proven again. A depth
+        image has its own placement. Where ``q`` (dof,) is given, the arm stood there, and what is within ``margin`` (m)
+        of it is left out.
+        """
+        at = np.eye(4) if placement is None else placement
+
+        def replace_seen(scene: Scene) -> Scene:
+            old = [item for item in scene.obstacles if item.object == name]
+            shown = seen.obstacles(name) if isinstance(seen, DepthImage) else (Obstacle(name, seen, at),)
+            if q is not None:
+                shown = without_robot(shown, self.robot, self._require_configuration(q), margin)
+            new: list[Obstacle] = []
+            for item in shown:
+                if isinstance(item.shape, Points):
+                    new += split_blocks(item.name, item.shape, item.placement, old)
+                else:
+                    new.append(replace(item, object_id=name))
+            others = [item for item in scene.obstacles if item.object != name]
+            if repeated := {item.name for item in new} & ({item.name for item in others} | self._links()):
+                raise SceneError(f"sensor '{name}': obstacle '{min(repeated)}' is there already: take another name.")
+            order = {id(item): k for k, item in enumerate(old)}
+            new.sort(key=lambda item: order.get(id(item), len(order)))
+            return replace(scene, obstacles=(*others, *new), notes=())
+
+        self._change(replace_seen)
 
     def attach(self, name: str, frame: str, q: Floats, touch_links: Sequence[str] = ()) -> None:
         """Attach an obstacle to ``frame`` at their relative pose in the configuration ``q`` (dof,)."""

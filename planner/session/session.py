@@ -24,6 +24,7 @@ from planner.query.resolve import resolve_as_is
 from planner.roadmap.grow import GrowthSettings
 from planner.roadmap.roadmap import Roadmap
 from planner.roadmap.storage import load_roadmap
+from planner.robot.clouds import DepthImage, Points, Voxels
 from planner.robot.moving import MovingObstacle
 from planner.robot.robot import Robot
 from planner.robot.scene import Scene
@@ -160,6 +161,21 @@ class Session:
     def remove(self, name: str) -> EdgeChanges:
         """Remove the obstacle ``name``."""
         return self._change(lambda world: world.remove(name))
+
+    def see(
+        self,
+        name: str,
+        seen: Points | Voxels | DepthImage,
+        placement: Floats | None = None,
+        q: Floats | None = None,
+        margin: float = 0.02,
+    ) -> EdgeChanges:
+        """Replace what the sensor ``name`` has shown by what it shows now, at a ``placement`` (4, 4) in the world.
+
+        A depth image has its own placement. Where the arm stood at ``q`` (dof,) when it was seen, what is within
+        ``margin`` (m) of it is left out. Blocks of a cloud that are as before cost no proof.
+        """
+        return self._change(lambda world: world.see(name, seen, placement, q, margin))
 
     def attach(self, name: str, frame: str, touch_links: Sequence[str] = (), at: object = None) -> EdgeChanges:
         """Attach the obstacle ``name`` to ``frame``; it may touch ``touch_links`` and the link of the frame.

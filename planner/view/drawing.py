@@ -12,10 +12,11 @@ from planner.base.arrays import Bools, Floats
 from planner.constraints.tool_bound import Frame
 from planner.kinematics.forward import Chain, joint_placements, tool_positions
 from planner.roadmap.roadmap import Roadmap
+from planner.robot.clouds import Points
 from planner.robot.poses import pose, quaternion_of
 from planner.robot.robot import Robot, load_visuals
 from planner.robot.scene import Scene
-from planner.robot.shapes import Body, Sphere, bounding_box, corners
+from planner.robot.shapes import Body, Obstacle, Sphere, bounding_box, corners
 from planner.trajectory.measure import dense_path
 from planner.view.canvas import Canvas
 from planner.view.surfaces import smooth_mesh, tube
@@ -38,6 +39,7 @@ TOUCHING = (0.90, 0.12, 0.12, 0.9)
 _RUNG, _RUNG_COLOUR = 0.025, (0.25, 0.30, 0.40)  # m from the tool's origin to either end
 PATH, START, GOAL = (0.85, 0.25, 0.10, 1.0), (0.15, 0.65, 0.25, 1.0), (0.80, 0.10, 0.15, 1.0)
 _DOT = 0.022  # m
+_HEIGHTS = (0.15, 0.95), (0.35, 0.75), (0.75, 0.20)  # red, green and blue of the lowest and the highest point
 _TUBE, _TUBE_STEP = 0.006, 0.08  # m, rad: between two rings the tool leaves the chord by less than a tube's radius
 EDGE_PIECES = 4  # straight pieces that approximate an edge's curved path
 MOST_EDGES = 8_000  # that a page draws: more make a black cloud of tens of megabytes
@@ -75,7 +77,11 @@ def draw_scene(canvas: Canvas, scene: Scene, touching: Collection[str] = ()) -> 
     colours = obstacle_colours(scene)
     for k, obstacle in enumerate(scene.obstacles):
         rgba = TOUCHING if obstacle.name in touching else colours[obstacle.object]
-        canvas.shape(f"obstacles/{k}", smooth_mesh(obstacle.shape), obstacle.placement, rgba)
+        if isinstance(obstacle.shape, Points):
+            canvas.points(f"obstacles/{k}", obstacle.shape.vertices, _colour_by_height(obstacle), obstacle.shape.radius)
+            canvas.transform(f"obstacles/{k}", obstacle.placement)
+        else:
+            canvas.shape(f"obstacles/{k}", smooth_mesh(obstacle.shape), obstacle.placement, rgba)
         names[f"obstacles/{k}"] = obstacle.name
     for k, item in enumerate(scene.moving):
         rgba = TOUCHING if item.name in touching else colours[item.name]
@@ -90,6 +96,13 @@ def draw_scene(canvas: Canvas, scene: Scene, touching: Collection[str] = ()) -> 
     for name in ("Axes", "Grid", "Lights"):  # the page draws a ground of the scene's own size, and lights it
         canvas.set(name, "visible", False)
     return names
+
+
+def _colour_by_height(cloud: Obstacle) -> Floats:
+    """Return colours (n, 3) of the points of a cloud: blue where they are low in the world, over grey to yellow."""
+    height = cloud.shape.vertices @ cloud.placement[2, :3]
+    share = (height - height.min()) / max(float(np.ptp(height)), 1e-9)
+    return np.stack([np.interp(share, [0.0, 0.5, 1.0], [low, 0.55, high]) for low, high in _HEIGHTS], axis=1)
 
 
 def moving_data(scene: Scene) -> list[dict[str, Any]]:

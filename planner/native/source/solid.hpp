@@ -53,12 +53,12 @@ FOR_THIS_PROCESSOR inline void distances_to(const Target& target, const double* 
     }
 }
 
-// Part of a solid: a ball that holds it, and the two parts that it is cut into, or of a surface its one triangle. Small,
-// as a large mesh has two for every triangle.
+// Part of a solid: a ball that holds it, and the two parts that it is cut into, or of a surface its one triangle.
+// Small, as a large mesh has two for every triangle.
 struct Part {
     Vec middle;
     double size;
-    const double* corners = nullptr;  // of the triangle, x of all three, then y, then z
+    const double* corners = nullptr;  // of the triangle: x of all, then y, then z
     int left = -1, right = -1;
     bool is_leaf() const { return left < 0; }
 };
@@ -68,6 +68,7 @@ struct Solid {
     Convex hull;
     double depth = 0.0;                           // m: how deep the surface lies below the hull
     std::vector<Part> parts;                      // the first is the whole; one only where the solid is convex
+    int corners = 3;                              // of each part that is not cut: 1 in a cloud of points, 8 of boxes
     std::vector<std::unique_ptr<double[]>> kept;  // the points
 
     bool is_convex() const { return parts.size() == 1; }
@@ -75,7 +76,7 @@ struct Solid {
     // The convex set that stands for a part: its ball, or at the end of a branch what is in it.
     Convex set(const Part& part) const {
         if (part.is_leaf() && !part.corners) return hull;
-        if (part.is_leaf()) return {part.corners, 3, false, hull.radius, {}};
+        if (part.is_leaf()) return {part.corners, corners, false, hull.radius, part.middle};
         return {nullptr, 1, false, part.size, part.middle};
     }
 
@@ -101,23 +102,27 @@ struct Solid {
         return solid;
     }
 
-    // The surface of `count` triangles (9 numbers each), rounded by `radius`, with the corners of their hull, and how deep
-    // it lies below that.
-    static Solid of_triangles(const double* hull_points, int hull_count, const double* triangles, int count,
-                              double depth, double radius) {
+    // The union of `count` convex sets, each the hull of `corners` points (x, y and z of each; triangles of a surface have
+    // three), rounded by `radius`, with the corners of a hull that holds it, and how deep it lies below that.
+    static Solid of_surface(const double* hull_points, int hull_count, const double* triangles, int count, int corners,
+                            double depth, double radius) {
         Solid solid;
-        solid.depth = depth;
+        solid.depth = depth, solid.corners = corners;
+        const size_t numbers = 3 * static_cast<size_t>(corners) * count;
         solid.hull = solid.keep(hull_points, hull_count, radius);
         solid.parts.reserve(2 * count);
-        solid.kept.push_back(std::make_unique<double[]>(9 * static_cast<size_t>(count)));
+        solid.kept.push_back(std::make_unique<double[]>(numbers));
         std::vector<double> middles;
         for (int axis = 0; axis < 3; ++axis)
-            for (const double* p = triangles + axis; p < triangles + 9 * static_cast<size_t>(count); p += 9)
-                middles.push_back(p[0] + p[3] + p[6]);
+            for (const double* p = triangles + axis; p < triangles + numbers; p += 3 * corners) {
+                double sum = p[0];
+                for (int corner = 1; corner < corners; ++corner) sum += p[3 * corner];
+                middles.push_back(sum);
+            }
         std::vector<int> order(count);
         std::iota(order.begin(), order.end(), 0);
         std::vector<Ranked> ranked(count);
-        Surface{triangles, middles.data(), count, radius, solid.kept.back().get(), ranked.data()}.grow(
+        Surface{triangles, middles.data(), count, corners, radius, solid.kept.back().get(), ranked.data()}.grow(
             solid, order.data(), count);
         return solid;
     }
@@ -163,11 +168,11 @@ struct Solid {
         int triangle;
     };
 
-    // Triangles (9 numbers each) that a solid's parts are made of, with three times their middles, axis after axis.
+    // Triangles or points that a solid's parts are made of, with `corners` times their middles, axis after axis.
     struct Surface {
         const double* triangles;
         const double* middles;
-        int every;
+        int every, corners;
         double radius;
         double* free;    // room for the corners of those that come
         Ranked* ranked;  // room for all
@@ -178,8 +183,8 @@ struct Solid {
             const int here = static_cast<int>(solid.parts.size());
             solid.parts.push_back(ball(order, count));
             if (count == 1) {
-                solid.parts[here].corners = by_axis(triangles + 9 * static_cast<size_t>(order[0]), 3, free);
-                free += 9;
+                solid.parts[here].corners = by_axis(corners_of(order[0]), corners, free);
+                free += 3 * corners;
                 return here;
             }
             const double* middle = middles + static_cast<size_t>(widest(order, count)) * every;
@@ -193,7 +198,7 @@ struct Solid {
         }
 
         Part ball(const int* order, int count) const {
-            Box box(triangles + 9 * static_cast<size_t>(order[0]));
+            Box box(corners_of(order[0]));
             for_corners(order, count, [&](const double* point) { box.add(point); });
             double farthest = 0.0;
             for_corners(order, count, [&](const double* point) { farthest = std::max(farthest, box.away(point)); });
@@ -203,9 +208,10 @@ struct Solid {
         template <class Do>
         void for_corners(const int* order, int count, Do act) const {
             for (int k = 0; k < count; ++k)
-                for (int corner = 0; corner < 3; ++corner)
-                    act(triangles + 9 * static_cast<size_t>(order[k]) + 3 * corner);
+                for (int corner = 0; corner < corners; ++corner) act(corners_of(order[k]) + 3 * corner);
         }
+
+        const double* corners_of(int triangle) const { return triangles + 3 * static_cast<size_t>(corners) * triangle; }
 
         int widest(const int* order, int count) const {
             int found = 0;

@@ -55,13 +55,15 @@ inline int add_cylinder(World& world, int joint, const Floats<3>& middle, const 
     return added(world, joint, Solid::of_cylinder(points));
 }
 
-inline int add_surface(World& world, int joint, const Floats<any, 3>& hull, const Floats<any, 3, 3>& triangles,
+inline int add_surface(World& world, int joint, const Floats<any, 3>& hull, const Floats<any, any, 3>& triangles,
                        double depth, double radius) {
-    require(hull.count() >= 1 && triangles.count() >= 1, "a surface has at least one triangle");
+    const int corners = triangles.count() ? triangles.count(1) : 0;
+    require(hull.count() >= 1 && corners >= 1, "a surface has at least one triangle");
     require(within(hull, hull.size(), farthest) && within(triangles, triangles.size(), farthest),
             "a triangle is no finite number");
     require(depth >= 0.0 && not_negative(&radius, 1, farthest), "a radius or a depth is no distance");
-    return added(world, joint, Solid::of_triangles(hull, hull.count(), triangles, triangles.count(), depth, radius));
+    return added(world, joint,
+                 Solid::of_surface(hull, hull.count(), triangles, triangles.count(), corners, depth, radius));
 }
 
 // They are kept larger by the rounding of distances, so that no bound by them exceeds the true distance.
@@ -496,7 +498,9 @@ inline void bind_world(nb::module_& m) {
         .def("add_cylinder", &add_cylinder, "joint"_a, "middle"_a, "half"_a, "across"_a,
              "A cylinder: its middle (3,), from there to a disc half (3,), two radii across (2, 3). Its number.")
         .def("add_surface", &add_surface, "joint"_a, "hull"_a, "triangles"_a, "depth"_a, "radius"_a = 0.0, at_work,
-             "The surface of triangles (m, 3, 3), with points (k, 3) of its hull, no deeper than depth below.\n\n"
+             "The union of the hulls of points (m, c, 3), of triangles with c = 3, with points (k, 3) of its hull, no "
+             "deeper than "
+             "depth below.\n\n"
              "The hull stands for it where that is more than depth (m) away; both are rounded by radius (m).")
         .def("take", &take, "other"_a, "item"_a,
              "What another world of the same arm has as a number, with its motion and speed limit. Its number here.")

@@ -1,0 +1,336 @@
+"""Worlds that sensors see: points with a radius, voxels, depth images.
+
+    cloud = planner.Points(xyz, radius=0.01, noise=0.002)               # xyz (n, 3) m
+    scene = planner.Scene("seen", [planner.Obstacle("table", cloud, np.eye(4))])
+
+If every point of the true surface lies within the radius of a sample, then a motion that is free of the balls of that
+radius is free of the surface: a theorem, and the only place where the radius comes in.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any, Literal
+
+import numpy as np
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
+from scipy.spatial import cKDTree
+
+from planner.base.arrays import Bools, Floats, Ints, distinct_rows, frozen, numbers, placement, plain_numbers
+from planner.base.errors import Note, SceneError
+from planner.base.yamlfile import FARTHEST
+from planner.robot.shapes import CORNERS, Mesh, Obstacle
+
+_NEIGHBOURS, _QUANTILE = 8, 0.99  # of a grid of points the 8th neighbour is twice the covering radius away
+_LARGE = 50.0  # m: a cloud of more is likely in millimetres
+_BLOCK = 0.25  # m: of a cloud that changes, what is proven again together
+_STEP = 0.05  # of the depth: pixels that differ by more are of two surfaces
+Unknown = Literal["free", "solid", "solid everywhere"]
+Region = tuple[float, float, float, float, float, float]
+
+
+class Seen(Mesh):
+    """A union of many convex sets ``cells`` (m, k, 3), each the hull of its k points, within ``radius`` (m) of it.
+
+    Nothing hides inside: the sets are solid. The vertices and triangles are those that are drawn.
+    """
+
+    cells: Floats
+
+    @cached_property
+    def representatives(self) -> Floats:
+        """A point (k, 3) of every connected component, or of more sets than that."""
+        return frozen(self.cells[:, 0])
+
+
+class Points(Seen):
+    """A surface seen at ``xyz`` (n, 3), m: all that lies within a radius of a sample counts as solid.
+
+    The radius is a sum. ``radius`` (m) is the covering radius of the samples: no point of the surface is farther from
+    all of them. Without it :func:`estimate_covering_radius` takes its place, and ``is_estimated`` says so. ``noise``
+    bounds the error of a sample, ``calibration`` that of the sensor's pose. A larger radius makes narrow passages
+    impassable; with one that is too small, proofs hold for the balls only.
+
+    Samples with NaN or infinity are dropped and counted in ``dropped``; equal ones count once. Raises
+    :class:`SceneError` where none is left, and for a radius that is not above 0.
+    """
+
+    covering: float
+    noise: float
+    calibration: float
+    is_estimated: bool
+    dropped: int
+
+    def __init__(
+        self,
+        xyz: Any,
+        radius: float | None = None,
+        noise: float = 0.0,
+        calibration: float = 0.0,
+        is_estimated: bool = False,
+    ) -> None:
+        given = plain_numbers("Points.xyz", xyz, SceneError)
+        finite = np.isfinite(given).all(axis=-1) if given.ndim == 2 else np.ones(len(given), dtype=bool)
+        points = numbers("Points.xyz", given[finite], ("n", 3), SceneError, FARTHEST)
+        if not len(points):
+            raise SceneError("Points.xyz must hold a finite point, got none.")
+        points = points[np.sort(distinct_rows(points)[0])]
+        terms = {
+            "radius": estimate_covering_radius(points) if radius is None else radius,
+            "noise": noise,
+            "calibration": calibration,
+        }
+        for name, term in terms.items():
+            if not numbers(f"Points.{name}", term, (), SceneError, FARTHEST) >= 0:
+                raise SceneError(f"Points.{name} must be at least 0 m, got {term:g}.")
+        total = float(sum(terms.values()))
+        if not total > 0:
+            raise SceneError("Points.radius must be above 0 m, got 0: give the covering radius of the samples.")
+        super().__init__(points, np.repeat(np.arange(len(points)), 3).reshape(-1, 3), total)
+        made = {"cells": self.vertices[:, None], "covering": float(terms["radius"]), "noise": float(noise)}
+        made |= {"calibration": float(calibration), "is_estimated": is_estimated or radius is None}
+        for name, value in {**made, "dropped": int(len(given) - finite.sum())}.items():
+            object.__setattr__(self, name, value)
+
+    def part(self, chosen: Bools) -> Points:
+        """Return the samples that are ``chosen`` (n,), with the radius of all."""
+        return Points(self.vertices[chosen], self.covering, self.noise, self.calibration, self.is_estimated)
+
+    def __repr__(self) -> str:
+        return f"<Points: {len(self.vertices)} within {1e3 * self.radius:.3g} mm of a surface>"
+
+    @cached_property
+    def representatives(self) -> Floats:
+        """A point (k, 3) of every connected component of the union of the balls.
+
+        Points in one cell of a grid whose diagonal is the balls' diameter are connected.
+        """
+        first = distinct_rows(np.floor(self.vertices * (np.sqrt(3.0) / (2.0 * self.radius))))[0]
+        near = cKDTree(self.vertices[first]).query_pairs(2.0 * self.radius, output_type="ndarray")
+        graph = coo_array((np.ones(len(near)), near.T), shape=(len(first), len(first)))
+        component = connected_components(graph, directed=False)[1]
+        return frozen(self.vertices[first[np.unique(component, return_index=True)[1]]])
+
+
+class Voxels(Seen):
+    """The solid cells of a grid: ``occupied`` (nx, ny, nz), cubes of ``pitch`` (m) from ``origin`` (3,) on.
+
+    Neighbouring cubes are merged into cuboids. A cube overstates what it holds by up to its diagonal.
+    """
+
+    occupied: Bools
+    pitch: float
+    origin: Floats
+
+    def __init__(self, occupied: Any, pitch: float, origin: Any = (0.0, 0.0, 0.0)) -> None:
+        solid = np.asarray(occupied, dtype=bool)
+        if solid.ndim != 3 or not solid.any():
+            raise SceneError(f"Voxels.occupied must be an array (nx, ny, nz) with a solid cell, got {solid.shape}.")
+        if not numbers("Voxels.pitch", pitch, (), SceneError, FARTHEST) > 0:
+            raise SceneError(f"Voxels.pitch must be above 0 m, got {pitch:g}.")
+        corner = numbers("Voxels.origin", origin, (3,), SceneError, FARTHEST)
+        cuboids = merge_cells(solid)
+        low, high = corner + pitch * cuboids[:, :3], corner + pitch * cuboids[:, 3:]
+        cells = 0.5 * (low + high)[:, None] + CORNERS * (high - low)[:, None]
+        triangles = (8 * np.arange(len(cells))[:, None, None] + _FACES).reshape(-1, 3)
+        super().__init__(cells.reshape(-1, 3), triangles)
+        for name, value in {"cells": frozen(cells), "occupied": solid, "pitch": float(pitch), "origin": corner}.items():
+            object.__setattr__(self, name, value)
+
+    def __repr__(self) -> str:
+        return f"<Voxels: {int(self.occupied.sum())} cubes of {1e3 * self.pitch:.3g} mm>"
+
+
+# (12, 3) of the corners of a cube, seen from outside; a corner's number has the bits y, x, z
+_FACES = np.array([*map(int, "310230764574540150732672620460751371")]).reshape(12, 3)
+
+
+def merge_cells(occupied: Bools) -> Ints:
+    """Return cuboids (k, 6) of whole cells, low then high corner, whose disjoint union is that of the cells.
+
+    Runs along z are merged to rectangles along y, and these to cuboids along x, where they have the same ends.
+    """
+    flat = np.pad(occupied, ((0, 0), (0, 0), (1, 1))).astype(np.int8)
+    change = np.diff(flat, axis=2)
+    x, y, low = np.nonzero(change == 1)
+    high = np.nonzero(change == -1)[2]
+    rows = np.column_stack([x, y, low, x + 1, y + 1, high])
+    for axis in (1, 0) if len(rows) else ():
+        others = [k for k in range(6) if k % 3 != axis]
+        rows = rows[np.lexsort([rows[:, axis], *(rows[:, k] for k in others)])]
+        same = (rows[1:, others] == rows[:-1, others]).all(axis=1) & (rows[1:, axis] == rows[:-1, axis + 3])
+        first = np.flatnonzero(np.append(True, ~same))
+        last = np.append(first[1:], len(rows)) - 1
+        merged = rows[first]
+        merged[:, axis + 3] = rows[last, axis + 3]
+        rows = merged
+    return rows
+
+
+def split_regions(name: str, cloud: Points, placement: Floats, regions: Mapping[str, Region]) -> list[Obstacle]:
+    """Return the cloud as obstacles: a region of its own frame each, (x0, y0, z0, x1, y1, z1) m, and the rest.
+
+    So permissions to touch may name a part of what was seen, such as the thing to grasp or the table to place it on.
+    """
+    rest, made = np.ones(len(cloud.vertices), dtype=bool), []
+    for part, bounds in regions.items():
+        low, high = np.reshape(bounds, (2, 3))
+        inside = rest & ((cloud.vertices >= low) & (cloud.vertices <= high)).all(axis=1)
+        if not inside.any():
+            raise SceneError(f"'{name}': region '{part}' must hold a point, got none: check its bounds.")
+        made.append(Obstacle(part, cloud.part(inside), placement))
+        rest &= ~inside
+    return [*([Obstacle(name, cloud.part(rest), placement)] if rest.any() else []), *made]
+
+
+def split_blocks(name: str, cloud: Points, placement: Floats, known: Iterable[Obstacle] = ()) -> list[Obstacle]:
+    """Return the cloud as obstacles of object ``name``, cubes of a grid; a block that is ``known`` is that very one."""
+    same = {(item.name, *_key(item)): item for item in known if isinstance(item.shape, Points)}
+    cells = np.floor(cloud.vertices / _BLOCK).astype(np.int64)
+    first, which = distinct_rows(cells.astype(float))
+    made = []
+    for k, start in enumerate(first):
+        block = f"{name}[{', '.join(map(str, cells[start].tolist()))}]"
+        item = Obstacle(block, cloud.part(which == k), placement, object_id=name)
+        made.append(same.get((item.name, *_key(item)), item))
+    return made
+
+
+def _key(item: Obstacle) -> tuple[bytes, bytes, float]:
+    return item.shape.vertices.tobytes(), item.placement.tobytes(), item.shape.radius
+
+
+def estimate_covering_radius(points: Floats) -> float:
+    """Return an estimate (m) of how far a point of the surface may be from all samples (n, 3).
+
+    It is the distance from a sample to its 8th neighbour, at the 99 % quantile of the samples: twice the covering
+    radius of a square grid, and about 1.3 times that of random samples. It does not know of holes that are larger than
+    the rest of the cloud suggests. Raises :class:`SceneError` for fewer than nine samples.
+    """
+    if len(points) <= _NEIGHBOURS:
+        raise SceneError(f"Points.radius must be given for {len(points)} points: an estimate needs at least 9.")
+    some = points[:: max(1, len(points) // 20_000)]
+    distance = cKDTree(points).query(some, k=[_NEIGHBOURS + 1])[0]
+    return float(np.quantile(distance, _QUANTILE))
+
+
+@dataclass(frozen=True, eq=False)
+class DepthImage:
+    """A depth image as obstacles: the surface that it shows, and the space behind it.
+
+        image = planner.DepthImage(depth, (fx, fy, cx, cy), pose)      # depth (h, w) m along the optical axis
+        scene = planner.Scene("seen", image.obstacles("camera"))
+
+    ``intrinsics`` are of a pinhole camera, pixels, also a matrix (3, 3); ``pose`` (4, 4) is that of the camera in the
+    world: x right, y down, z forwards. Depths that are 0, NaN or outside ``limits`` (m) are holes. ``unknown``: cells
+    of ``pitch`` (m) that no ray crossed, up to the far limit, are "solid" or "free"; outside the view they are free,
+    with "solid everywhere" solid within the far limit of the camera. A ray through a hole crosses nothing. What the
+    robot itself hides stays unknown. Of pixels that fall into one cube of ``thinning`` (m) one stays.
+    """
+
+    depth: Floats
+    intrinsics: Any
+    pose: Floats
+    limits: tuple[float, float] = (0.1, 2.0)
+    noise: float = 0.0
+    calibration: float = 0.0
+    unknown: Unknown = "solid"
+    pitch: float = 0.025
+    thinning: float = 0.005
+
+    def __post_init__(self) -> None:
+        depth = plain_numbers("DepthImage.depth", self.depth, SceneError)
+        if depth.ndim != 2 or min(depth.shape) < 2:
+            raise SceneError(f"DepthImage.depth must be an array (h, w), got {depth.shape}.")
+        given = np.asarray(self.intrinsics, dtype=float)
+        if given.shape == (3, 3):
+            given = given[[0, 1, 0, 1], [0, 1, 2, 2]]
+        focal = numbers("DepthImage.intrinsics", given, (4,), SceneError)
+        near, far = self.limits
+        if not (0 < near < far and (focal[:2] > 0).all() and self.pitch > 0 and self.thinning > 0):
+            raise SceneError("DepthImage: focal lengths, pitch, thinning and limits must be above 0, near before far.")
+        with np.errstate(invalid="ignore"):
+            seen = np.where((depth >= near) & (depth <= far), depth, 0.0)
+        object.__setattr__(self, "depth", frozen(seen))
+        object.__setattr__(self, "intrinsics", tuple(focal.tolist()))
+        object.__setattr__(self, "pose", frozen(placement("DepthImage.pose", self.pose, SceneError, FARTHEST)))
+
+    def obstacles(self, name: str = "camera") -> tuple[Obstacle, ...]:
+        """Return the surface ``name``, and the unknown space ``name_unknown`` where there is such, in the world."""
+        made = [Obstacle(name, surface, self.pose)] if (surface := self.surface()) else []
+        if self.unknown != "free" and (hidden := self.unknown_space()):
+            made.append(Obstacle(f"{name}_unknown", hidden, self.pose))
+        return tuple(made)
+
+    def surface(self) -> Points | None:
+        """Return the seen surface in the camera's frame; None where all pixels are holes.
+
+        Its covering radius is an estimate: half the diagonal of four neighbouring pixels of one surface, at the 99 %
+        quantile, and how far a dropped pixel is from the one that stays.
+        """
+        xyz, there = self.positions(), self.depth > 0
+        if not there.any():
+            return None
+        corners = xyz[:-1, :-1], xyz[:-1, 1:], xyz[1:, :-1], xyz[1:, 1:]
+        depths = np.stack([corner[..., 2] for corner in corners])
+        whole = (depths.min(axis=0) > 0) & (np.ptp(depths, axis=0) < _STEP * depths.max(axis=0))
+        sides = [np.linalg.norm(corners[a] - corners[b], axis=2)[whole] for a, b in ((0, 3), (1, 2))]
+        gap = 0.5 * float(np.quantile(np.maximum(*sides), _QUANTILE)) if whole.any() else self.thinning
+        points = xyz[there]
+        first, which = distinct_rows(np.floor(points / self.thinning))
+        dropped = float(np.linalg.norm(points - points[first][which], axis=1).max())
+        return Points(points[np.sort(first)], gap + dropped, self.noise, self.calibration, is_estimated=True)
+
+    def positions(self) -> Floats:
+        """(h, w, 3) m, where pixels are in the camera's frame."""
+        fx, fy, cx, cy = self.intrinsics
+        row, column = np.indices(self.depth.shape)
+        return np.stack([(column - cx) / fx * self.depth, (row - cy) / fy * self.depth, self.depth], axis=2)
+
+    def unknown_space(self) -> Voxels | None:
+        """Return the cells of a grid in the camera's frame that no ray crossed; None where there are none."""
+        fx, fy, cx, cy = self.intrinsics
+        height, width = self.depth.shape
+        _, far = self.limits
+        everywhere = self.unknown == "solid everywhere"
+        ends = np.array([[-cx / fx, (width - 1 - cx) / fx], [-cy / fy, (height - 1 - cy) / fy], [0.0, 1.0]])
+        low, high = far * np.minimum(ends[:, 0], 0.0), far * np.maximum(ends[:, 1], 0.0)
+        if everywhere:
+            low, high = np.full(3, -far), np.full(3, far)
+        first, last = np.floor(low / self.pitch).astype(int), np.ceil(high / self.pitch).astype(int)
+        middle = [self.pitch * (np.arange(a, b) + 0.5) for a, b in zip(first, last, strict=True)]
+        x, y, z = np.meshgrid(*middle, indexing="ij")
+        ahead = z > 0
+        depth = np.where(ahead, z, 1.0)
+        column, row = np.rint(fx * x / depth + cx), np.rint(fy * y / depth + cy)
+        in_view = ahead & (column >= 0) & (column < width) & (row >= 0) & (row < height)
+        at = np.where(in_view, row, 0).astype(int), np.where(in_view, column, 0).astype(int)
+        reach = np.where(in_view, self.depth[at], 0.0)
+        solid = (reach < z - 0.5 * self.pitch) & in_view
+        if everywhere:
+            solid |= ~in_view & (x * x + y * y + z * z <= far * far)
+        return Voxels(solid, self.pitch, self.pitch * first) if solid.any() else None
+
+
+def notes_on_clouds(obstacles: Iterable[Obstacle]) -> tuple[Note, ...]:
+    """Return a note on each cloud of ``obstacles``: its samples, its radius and what that is made of."""
+    clouds: dict[str, list[Points]] = {}
+    for item in obstacles:
+        if isinstance(item.shape, Points):
+            clouds.setdefault(item.object, []).append(item.shape)
+    return tuple(_note(name, parts) for name, parts in clouds.items())
+
+
+def _note(name: str, parts: list[Points]) -> Note:
+    cloud, count, dropped = parts[0], sum(len(part.vertices) for part in parts), sum(part.dropped for part in parts)
+    terms = {"covering radius": cloud.covering, "noise": cloud.noise, "calibration": cloud.calibration}
+    words = [f"{term} {1e3 * value:.4g} mm" for term, value in terms.items()]
+    words[0] += " (estimated)" if cloud.is_estimated else ""
+    text = f"'{name}' is solid within {1e3 * cloud.radius:.4g} mm of {count} points: {', '.join(words)}"
+    text += f"; {dropped} samples were not finite and are left out" if dropped else ""
+    if max(np.ptp(part.vertices, axis=0).max() for part in parts) > _LARGE:
+        return Note(f"{text}. It is larger than {_LARGE:g} m: if its file is in millimetres, give scale: 0.001.")
+    return Note(f"{text}.", grave=cloud.is_estimated)

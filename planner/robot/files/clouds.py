@@ -1,0 +1,131 @@
+"""Files of points, voxels and depth images: NPY, NPZ, PLY, XYZ, PCD, PointCloud2 in MCAP, octomaps, 16-bit PNG."""
+
+import os
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from PIL import Image
+
+from planner.base.arrays import Floats
+from planner.base.errors import FileError, require_extra
+from planner.base.files import StrPath
+from planner.robot.clouds import Voxels
+from planner.robot.files.meshes import read_vertices
+
+_POINTS = (".npy", ".npz", ".ply", ".xyz", ".pcd", ".mcap")
+_VOXELS = (".npz", ".bt", ".ot")
+
+
+def read_points(path: StrPath, scale: float = 1.0) -> Floats:
+    """Return the points (n, 3) of a file after ``scale``, NaN where a sensor saw nothing; :class:`FileError` otherwise.
+
+    An NPZ file has ``xyz``; of an MCAP file the first PointCloud2 counts. PCD and MCAP need an extra package.
+    """
+    return _read(Path(path), _POINTS, "cloud", lambda file: _points(file) * scale)
+
+
+def read_voxels(path: StrPath, scale: float = 1.0) -> Voxels:
+    """Return the solid cells of a file: an NPZ with ``occupied``, ``pitch`` and ``origin``, or an octomap.
+
+    Cells of an octomap that were not seen are free. :class:`FileError` for a file that cannot be read.
+    """
+    return _read(Path(path), _VOXELS, "voxel", lambda file: _voxels(file, scale))
+
+
+def read_depth(path: StrPath, scale: float = 1e-3) -> Floats:
+    """Return the depths (h, w) of a 16-bit PNG or an NPY file after ``scale``, from millimetres where not given."""
+
+    def depths(file: Path) -> Floats:
+        if file.suffix.lower() == ".npy":
+            return np.load(file, allow_pickle=False) * scale
+        with Image.open(file) as image:
+            if image.mode not in ("I;16", "I;16B", "I"):
+                raise ValueError(f"its pixels are '{image.mode}', not 16-bit grey")
+            return np.asarray(image, dtype=float) * scale
+
+    return _read(Path(path), (".png", ".npy"), "depth", depths)
+
+
+def _read(path: Path, endings: tuple[str, ...], kind: str, reader: Any) -> Any:
+    if not os.path.isfile(path):
+        raise FileError(f"{kind} file {path} not found: check 'file', which is relative to the scene file.")
+    if path.suffix.lower() not in endings:
+        raise FileError(f"{kind} file {path} must end in {', '.join(endings)}, got '{path.suffix}'.")
+    try:
+        return reader(path)
+    except FileError:
+        raise
+    except Exception as error:  # libraries raise errors of every kind for damaged files
+        reason = " ".join(str(error).split())[:160].rstrip(".") or type(error).__name__
+        raise FileError(f"{kind} file {path} cannot be read ({reason}): export it again.") from None
+
+
+def _points(path: Path) -> Floats:
+    match path.suffix.lower():
+        case ".npy":
+            points = np.load(path, allow_pickle=False)
+        case ".npz":
+            with np.load(path, allow_pickle=False) as arrays:
+                points = arrays["xyz"]
+        case ".pcd":
+            points = require_extra("pypcd4", "clouds").PointCloud.from_path(path).numpy(("x", "y", "z"))
+        case ".mcap":
+            points = _from_bag(path)
+        case _:
+            points = read_vertices(path)
+    return np.asarray(points, dtype=float)
+
+
+def _from_bag(path: Path) -> Floats:
+    """The first PointCloud2: its fields x, y and z, float32 or float64, little or big endian."""
+    factory = require_extra("mcap_ros2.decoder", "mcap").DecoderFactory()
+    with path.open("rb") as file:
+        for schema, channel, message in require_extra("mcap.reader", "mcap").make_reader(file).iter_messages():
+            if schema.name.split("/")[-1] == "PointCloud2":
+                cloud = factory.decoder_for(channel.message_encoding, schema)(message.data)
+                kinds = {7: "f4", 8: "f8"}
+                fields = {field.name: field for field in cloud.fields if field.name in "xyz"}
+                order = ">" if cloud.is_bigendian else "<"
+                layout = np.dtype(
+                    {
+                        "names": list("xyz"),
+                        "formats": [order + kinds[fields[name].datatype] for name in "xyz"],
+                        "offsets": [fields[name].offset for name in "xyz"],
+                        "itemsize": cloud.point_step,
+                    }
+                )
+                rows = np.frombuffer(bytes(cloud.data), dtype=np.uint8).reshape(cloud.height, cloud.row_step)
+                used = np.ascontiguousarray(rows[:, : cloud.width * cloud.point_step]).view(layout)
+                return np.stack([used[name].ravel().astype(float) for name in "xyz"], axis=1)
+    raise ValueError("it holds no PointCloud2")
+
+
+def _voxels(path: Path, scale: float) -> Voxels:
+    if path.suffix.lower() == ".npz":
+        with np.load(path, allow_pickle=False) as arrays:
+            return Voxels(arrays["occupied"], float(arrays["pitch"]) * scale, arrays["origin"] * scale)
+    tree = require_extra("pyoctomap", "clouds").OcTree(1.0)
+    if path.suffix.lower() == ".ot":
+        tree = tree.read(str(path))
+    elif not tree.readBinary(str(path)):
+        raise ValueError("it is no binary octomap")
+    return voxels_of_leaves(
+        [(leaf.getCoordinate(), leaf.getSize()) for leaf in tree.begin_leafs() if tree.isNodeOccupied(leaf)],
+        tree.getResolution(),
+        scale,
+    )
+
+
+def voxels_of_leaves(leaves: list[tuple[Any, float]], pitch: float, scale: float = 1.0) -> Voxels:
+    """Return the cells of an octree's solid leaves: middles (3,) and sizes, multiples of ``pitch``."""
+    if not leaves:
+        raise ValueError("no cell is occupied")
+    middles, sizes = np.array([middle for middle, _ in leaves]), np.array([size for _, size in leaves])
+    low = np.rint((middles - 0.5 * sizes[:, None]) / pitch).astype(int)
+    count = np.maximum(1, np.rint(sizes / pitch)).astype(int)
+    first = low.min(axis=0)
+    occupied = np.zeros((low + count[:, None]).max(axis=0) - first, dtype=bool)
+    for (x, y, z), n in zip(low - first, count, strict=True):
+        occupied[x : x + n, y : y + n, z : z + n] = True
+    return Voxels(occupied, pitch * scale, first * pitch * scale)

@@ -1,0 +1,96 @@
+"""Proofs among clouds against coal, which sees every ball as a sphere and every cuboid as a box."""
+
+from collections import Counter
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from planner import Points, Robot, Voxels
+from planner.base.polynomials import evaluate
+from planner.collision import BACKENDS, make_checker
+from planner.collision.checker import is_free
+from planner.collision.edge_prover import EdgeProver, Verdict
+from planner.collision.self_filter import points_on_robot, without_robot
+from planner.robot.poses import pose
+from planner.robot.scene import Scene
+from planner.robot.shapes import Box, Obstacle, Sphere
+from planner.session.session import Session
+from tests.coal_judge import CoalWorld
+from tests.random_shapes import QUICK, random_curves, random_pose
+from tests.worlds import load, scene_of
+
+COAL = 1e-6  # m: coal's own tolerance
+ARMS = {"planar_2r": 0.8, "iiwa14": 0.9}
+
+
+def random_cloud(rng: np.random.Generator, reach: float) -> tuple[Scene, Scene]:
+    """A few dozen balls and cuboids in two random poses; the same as one obstacle for each of them."""
+    points = Points(rng.normal(0, 0.2, (40, 3)), float(rng.uniform(1e-3, 0.03)))
+    voxels = Voxels(rng.random((4, 4, 4)) < 0.15, float(rng.uniform(0.02, 0.08)), -0.1 * np.ones(3))
+    first, second = random_pose(rng, reach), random_pose(rng, reach)
+    single = [(Sphere(points.radius), first @ pose(xyz)) for xyz in points.vertices]
+    for cell in voxels.cells:
+        low, high = cell.min(axis=0), cell.max(axis=0)
+        single.append((Box(tuple((high - low).tolist())), second @ pose(0.5 * (low + high))))
+    return scene_of((points, first), (voxels, second)), scene_of(*single)
+
+
+@pytest.mark.parametrize("backend", BACKENDS)
+@pytest.mark.parametrize("arm", ARMS)
+def test_proven_free_implies_that_coal_finds_no_contact_with_any_ball_or_cuboid(arm: str, backend: str) -> None:
+    verdicts: Counter[int] = Counter()
+
+    @settings(QUICK, max_examples=15)
+    @given(st.integers(0, 2**31))
+    def check(seed: int) -> None:
+        rng = np.random.default_rng(seed)
+        seen, single = random_cloud(rng, ARMS[arm])
+        checker, judge = make_checker(load(arm), seen, backend), CoalWorld(make_checker(load(arm), single).world)
+        curves = random_curves(load(arm), 6, 2, rng)
+        for curve, verdict in zip(curves, EdgeProver(checker).prove_curves(curves).verdict, strict=True):
+            verdicts[int(verdict)] += 1
+            q = evaluate(np.repeat(curve[None], 33, axis=0), np.linspace(0.0, 1.0, 33))
+            gaps = np.array([judge.distances(row)[: len(load(arm).bodies) * len(single.obstacles)].min() for row in q])
+            if verdict == Verdict.FREE:
+                assert gaps.min() > -COAL
+            for row, gap in zip(q[::8], gaps[::8], strict=True):
+                if abs(gap) > 1e-5 and is_free(checker, row) != (gap > 0):
+                    assert gap > 0  # what touches for us alone is a self-collision
+                    assert not is_free(make_checker(load(arm), Scene("empty")), row)
+
+    check()
+    assert verdicts[int(Verdict.FREE)] >= 10
+
+
+def test_the_robots_own_points_are_left_out_and_no_others() -> None:
+    """Against coal: a sample is left out just where it is within the margin of a body."""
+    robot, rng, margin = load("iiwa14"), np.random.default_rng(0), 0.03
+    q, points = np.array([0.3, 0.5, 0, -1.2, 0.2, 0.8, 0]), rng.uniform([-0.5, -0.5, 0], [0.8, 0.5, 1.2], (300, 3))
+    left_out = points_on_robot(robot, q, points, margin)
+    judge = CoalWorld(make_checker(robot, scene_of(*((Sphere(margin), pose(each)) for each in points))).world)
+    gaps = judge.distances(q)[: len(robot.bodies) * len(points)].reshape(-1, len(points)).min(axis=0)
+    assert (left_out | (gaps > -COAL)).all()
+    assert (~left_out | (gaps < COAL)).all()
+    assert 3 < left_out.sum() < 290
+    (item,) = without_robot([Obstacle("a", Points(points, 1e-3), np.eye(4))], robot, q, margin)
+    assert len(item.shape.vertices) == (~left_out).sum()  # type: ignore[union-attr]
+
+
+def test_a_session_that_sees_equals_a_session_that_begins_with_what_was_seen() -> None:
+    robot, rng = Robot.load("panda"), np.random.default_rng(0)
+    wall = Points(np.column_stack([rng.uniform(0.4, 0.6, 300), np.full(300, 0.0), np.linspace(0.0, 0.5, 300)]), 0.02)
+    other = Points(np.vstack([wall.vertices[:200], wall.vertices[200:] + np.array([0, 0.3, 0])]), 0.02)
+    start, goal = "q:0.8,-0.2,0,-1.9,0,2.1,0.8", "q:-0.8,-0.2,0,-1.9,0,2.1,0.8"
+    session = Session(robot, Scene("empty"), nodes=60)
+    session.see("camera", wall)
+    assert session.plan(start, goal, timing=None).solved
+    kept = {id(item) for item in session.scene.obstacles}
+    session.see("camera", other)
+    assert any(id(item) in kept for item in session.scene.obstacles)
+    plan = session.replan()
+    fresh = make_checker(robot, session.scene)
+    assert plan.solved
+    assert all(is_free(fresh, q) for q in plan.path)
+    session.remove(session.scene.obstacles[0].name)

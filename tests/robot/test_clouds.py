@@ -1,0 +1,171 @@
+"""Points, voxels and depth images: which part of space counts as solid, against grids and rays counted one by one."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+import trimesh
+from hypothesis import given
+from hypothesis.extra.numpy import arrays
+from PIL import Image
+
+from planner import DepthImage, Points, Scene, Voxels
+from planner.base.errors import PlannerError, SceneError
+from planner.robot.clouds import estimate_covering_radius, merge_cells, split_blocks, split_regions
+from planner.robot.files.clouds import read_depth, read_points, read_voxels
+from planner.robot.solids import is_closed
+from tests.random_shapes import QUICK
+
+RNG = np.random.default_rng(3)
+XYZ = np.round(RNG.random((60, 3)), 3)
+
+
+@QUICK
+@given(arrays(bool, (4, 5, 3)))
+def test_cuboids_are_disjoint_and_cover_just_the_solid_cells(occupied: np.ndarray) -> None:
+    count = np.zeros(occupied.shape, dtype=int)
+    for x, y, z, x_end, y_end, z_end in merge_cells(occupied):
+        count[x:x_end, y:y_end, z:z_end] += 1
+    assert (count == occupied).all()
+
+
+def test_a_voxel_is_drawn_as_a_closed_surface_that_faces_outwards() -> None:
+    cube = Voxels(np.ones((1, 1, 1)), 0.5, (1.0, 2.0, 3.0))
+    corners = cube.vertices[cube.triangles]
+    assert is_closed(cube.triangles)
+    assert np.einsum("ki,ki->", corners[:, 0], np.cross(corners[:, 1], corners[:, 2])) / 6 == pytest.approx(0.125)
+    assert (cube.vertices.min(axis=0) == [1, 2, 3]).all()
+
+
+def test_the_radius_is_the_sum_of_three_terms_and_says_where_it_is_estimated() -> None:
+    given_radius = Points(XYZ, 0.01, noise=0.002, calibration=0.003)
+    assert given_radius.radius == pytest.approx(0.015)
+    assert not given_radius.is_estimated
+    estimated = Points(XYZ)
+    assert estimated.is_estimated
+    note = Scene("s", [{"name": "a", "type": "box", "size": [1, 1, 1]}]).notes
+    assert note == ()
+    (text,) = (each.text for each in Scene("s", split_regions("a", estimated, np.eye(4), {})).notes)
+    assert "60 points" in text
+    assert "(estimated)" in text
+
+
+@pytest.mark.parametrize("spacing", [0.01, 0.1])
+def test_the_estimate_is_no_less_than_the_covering_radius_of_a_grid_and_of_random_samples(spacing: float) -> None:
+    grid = spacing * np.array([[x, y, 0] for x in range(40) for y in range(40)], dtype=float)
+    assert spacing / np.sqrt(2) <= estimate_covering_radius(grid) <= 3 * spacing
+    drawn = np.column_stack([RNG.random((4000, 2)), np.zeros(4000)])
+    surface = np.column_stack([0.05 + 0.9 * RNG.random((20_000, 2)), np.zeros(20_000)])
+    gap = np.min([np.linalg.norm(surface - point, axis=1) for point in drawn], axis=0).max()
+    assert gap <= estimate_covering_radius(drawn) <= 2.5 * gap
+
+
+def test_samples_that_are_not_finite_are_dropped_and_counted() -> None:
+    cloud = Points(np.vstack([XYZ, XYZ[:5], [[np.nan, 0, 0], [0, np.inf, 0]]]), 0.01)
+    assert (len(cloud.vertices), cloud.dropped) == (60, 2)
+
+
+@pytest.mark.parametrize(
+    ("make", "sentence"),
+    [
+        (lambda: Points(np.full((3, 3), np.nan), 0.1), "Points.xyz must hold a finite point, got none."),
+        (lambda: Points(XYZ, 0.0), "Points.radius must be above 0 m, got 0: give the covering radius of the samples."),
+        (lambda: Points(XYZ, -1.0), "Points.radius must be at least 0 m, got -1."),
+        (lambda: Points(XYZ[:4]), "Points.radius must be given for 4 points: an estimate needs at least 9."),
+        (lambda: Voxels(np.ones((2, 2, 2)), 0.0), "Voxels.pitch must be above 0 m, got 0."),
+        (lambda: split_regions("a", Points(XYZ, 0.1), np.eye(4), {"b": (5, 5, 5, 6, 6, 6)}), "'a': region 'b' must"),
+    ],
+)
+def test_numbers_that_make_no_cloud_are_refused(make: object, sentence: str) -> None:
+    with pytest.raises(SceneError, match=sentence.replace("(", r"\(")):
+        make()  # type: ignore[operator]
+
+
+def test_every_component_of_the_balls_has_a_representative() -> None:
+    two = np.vstack([XYZ, XYZ + np.array([5, 0, 0])])
+    cloud = Points(two, 0.4)
+    assert sorted((cloud.representatives[:, 0] > 3).tolist()) == [False, True]
+
+
+def test_blocks_and_regions_hold_each_sample_once_and_blocks_stay_the_same() -> None:
+    cloud = Points(XYZ, 0.01)
+    blocks = split_blocks("cam", cloud, np.eye(4))
+    assert sum(len(item.shape.vertices) for item in blocks) == 60  # type: ignore[union-attr]
+    moved = Points(np.vstack([XYZ, [[9.0, 9.0, 9.0]]]), 0.01)
+    again = split_blocks("cam", moved, np.eye(4), blocks)
+    assert [item for item in again if item not in blocks] == again[-1:]
+    rest, part = split_regions("a", cloud, np.eye(4), {"b": (0, 0, 0, 0.5, 1, 1)})
+    assert (part.shape.vertices[:, 0] <= 0.5).all()  # type: ignore[union-attr]
+    assert (rest.shape.vertices[:, 0] > 0.5).all()  # type: ignore[union-attr]
+
+
+@pytest.mark.parametrize("unknown", ["solid", "solid everywhere", "free"])
+def test_space_behind_what_was_seen_is_solid_and_space_in_front_is_free(unknown: str) -> None:
+    """Against rays: on each, cells before the depth are free, cells behind it are solid up to the far limit."""
+    depth = np.full((48, 64), 1.0)
+    depth[10:30, 20:40], depth[:8, :8] = 0.5, 0.0  # something nearer, and a hole
+    image = DepthImage(depth, (60, 60, 32, 24), np.eye(4), limits=(0.1, 1.5), unknown=unknown)  # type: ignore[arg-type]
+    surface = image.surface()
+    assert surface is not None
+    shown = image.positions()[depth > 0]
+    nearest = [np.linalg.norm(surface.vertices - point, axis=1).min() for point in shown[::37]]
+    assert max(nearest) <= surface.radius
+    space = image.unknown_space() if unknown != "free" else None
+    assert [item.name for item in image.obstacles("c")] == ["c", "c_unknown"][: 1 + (unknown != "free")]
+    if space is None:
+        return
+    for row, column in [(20, 30), (40, 50), (2, 2), (30, 10)]:
+        ray = np.array([(column - 32) / 60, (row - 24) / 60, 1.0])
+        for z in np.arange(0.4, 1.45, 0.01):
+            at = np.floor((z * ray - space.origin) / space.pitch).astype(int)
+            if abs(z - depth[row, column]) > 2 * space.pitch:
+                assert space.occupied[tuple(at)] == (z > depth[row, column]), (row, column, z)
+    behind = np.floor((np.array([0.0, 0.0, -0.5]) - space.origin) / space.pitch).astype(int)
+    inside = bool((behind >= 0).all()) and space.occupied[tuple(behind)]
+    assert inside == (unknown == "solid everywhere")
+
+
+def test_points_survive_every_file_format(tmp_path: Path) -> None:
+    np.save(tmp_path / "a.npy", XYZ)
+    np.savez(tmp_path / "a.npz", xyz=XYZ)
+    np.savetxt(tmp_path / "a.xyz", XYZ)
+    trimesh.PointCloud(XYZ).export(tmp_path / "a.ply")
+    for ending in ("npy", "npz", "xyz", "ply"):
+        np.testing.assert_allclose(read_points(tmp_path / f"a.{ending}", 2.0), 2.0 * XYZ, atol=1e-6)
+
+
+def test_depths_and_voxels_survive_their_files(tmp_path: Path) -> None:
+    millimetres = RNG.integers(0, 5000, (20, 30)).astype(np.uint16)
+    Image.fromarray(millimetres).save(tmp_path / "d.png")
+    np.testing.assert_allclose(read_depth(tmp_path / "d.png"), millimetres / 1000)
+    solid = RNG.random((3, 4, 5)) < 0.5
+    np.savez(tmp_path / "v.npz", occupied=solid, pitch=0.1, origin=np.ones(3))
+    voxels = read_voxels(tmp_path / "v.npz")
+    assert (voxels.occupied == solid).all()
+    assert voxels.pitch == 0.1
+
+
+@pytest.mark.parametrize("reader", [read_points, read_voxels, read_depth])
+def test_a_file_that_cannot_be_read_is_named(reader: object, tmp_path: Path) -> None:
+    for name, content in {"a.ply": b"ply", "a.npz": b"x", "a.png": b"", "a.npy": b"y", "a.zip": b""}.items():
+        (tmp_path / name).write_bytes(content)
+        with pytest.raises(PlannerError, match=name):
+            reader(tmp_path / name)  # type: ignore[operator]
+
+
+def test_a_scene_file_holds_clouds_with_their_pose(tmp_path: Path) -> None:
+    np.save(tmp_path / "a.npy", XYZ)
+    Image.fromarray(np.full((24, 32), 900, dtype=np.uint16)).save(tmp_path / "d.png")
+    posed = "position: [0, 0, 1]"
+    (tmp_path / "s.yaml").write_text(
+        f"obstacles:\n  - {{name: a, type: points, file: a.npy, radius: 0.01, noise: 0.002, {posed}, "
+        "regions: {b: [0, 0, 0, 0.5, 1, 1]}}\n"
+        f"  - {{name: c, type: depth, file: d.png, intrinsics: [30, 30, 16, 12], {posed}}}\n"
+    )
+    scene = Scene.load(tmp_path / "s.yaml")
+    assert [item.name for item in scene.obstacles] == ["a", "b", "c", "c_unknown"]
+    assert scene.obstacles[0].placement[2, 3] == 1.0
+    assert any("'a' is solid within 12 mm" in note.text for note in scene.notes)
+    (tmp_path / "t.yaml").write_text("obstacles:\n  - {name: a, type: points, file: a.npy}\n")
+    with pytest.raises(SceneError, match="give the pose of the sensor"):
+        Scene.load(tmp_path / "t.yaml")
