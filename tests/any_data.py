@@ -19,7 +19,7 @@ def data_of(model: Any, unknown: bool = False) -> st.SearchStrategy[Any]:
 
 
 def values_of(field: Any) -> st.SearchStrategy[Any]:
-    """Values for a field, by what it is annotated with."""
+    """Values for a field, by its annotation."""
     annotation = getattr(field, "annotation", None) or getattr(field, "type", field)
     models, text = list(models_in(annotation)), str(annotation)
     plain = ROWS | NUMBERS | WORDS if "float" in text or "int" in text else WORDS | st.booleans()

@@ -1,4 +1,4 @@
-"""Headless Chromium for the tests, driven through its DevTools: what a page does, asks for and shows."""
+"""Headless Chromium for the tests, driven through its DevTools."""
 
 import asyncio
 import base64
@@ -60,7 +60,7 @@ class Tab:
         self.requests: list[str] = []
 
     def call(self, method: str, **parameters: Any) -> dict[str, Any]:
-        """Send a DevTools command and wait for its answer, noting what happens meanwhile."""
+        """Send a DevTools command, wait for its answer and note the events until then."""
         self._number += 1
         message = {"id": self._number, "method": method, "params": parameters}
         return self._loop.run_until_complete(asyncio.wait_for(self._exchange(message), PATIENCE))
@@ -96,7 +96,7 @@ class Tab:
         return result["result"].get("value")
 
     def open(self, page: Path | str) -> bool:
-        """Go to a page (a file or an address), forget what was noted of the one before; whether it gets ready."""
+        """Go to a page (a file or an address), forget the notes of the last one; whether it gets ready."""
         self.run("void delete document.documentElement.dataset.ready")
         self.call("Page.navigate", url=page if isinstance(page, str) else page.resolve().as_uri())
         self.console.clear()
@@ -141,7 +141,7 @@ class Tab:
         return False
 
     def screenshot(self) -> np.ndarray:
-        """What is seen now, (height, width, 3) from 0 to 255."""
+        """The visible picture, (height, width, 3) from 0 to 255."""
         png = base64.b64decode(self.call("Page.captureScreenshot", format="png")["data"])
         return np.asarray(Image.open(io.BytesIO(png)).convert("RGB")).astype(int)
 

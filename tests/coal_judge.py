@@ -1,4 +1,4 @@
-"""Coal as the independent opinion on contacts: shares no code with what it judges."""
+"""Coal as the independent opinion on contacts: it shares no code with the planner."""
 
 from typing import Any
 
@@ -56,7 +56,7 @@ def coal_push(a: Any, b: Any, turn: np.ndarray, direction: np.ndarray, gap: floa
 
 
 class CoalWorld:
-    """Every pair distance of a world by coal, at placements by Pinocchio: shares no code with what it judges."""
+    """Every pair distance of a world by coal, at placements by Pinocchio."""
 
     def __init__(self, world: World) -> None:
         self.world, self.model = world, world.robot.model

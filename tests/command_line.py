@@ -1,4 +1,4 @@
-"""The command line as the tests run it, and what a refusal must look like."""
+"""The command line as the tests run it, and the form of a refusal."""
 
 import re
 import subprocess

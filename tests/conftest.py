@@ -25,7 +25,7 @@ from tests.worlds import (
 
 @pytest.fixture(scope="session", autouse=True)
 def cache_folder(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
-    """What the planner keeps for the user is kept elsewhere."""
+    """Tests have a cache folder of their own."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("XDG_CACHE_HOME", str(tmp_path_factory.mktemp("cache")))
         yield
@@ -93,7 +93,7 @@ def post() -> CollisionChecker:
 
 @pytest.fixture
 def validator(request: pytest.FixtureRequest, run: Run) -> jsonschema.Draft202012Validator:
-    """Of the schema that the command prints; made without the models."""
+    """A validator of the schema that the command prints, made without the models."""
     code, out, _ = run("schema", request.param)
     assert code == 0
     schema = json.loads(out)

@@ -1,4 +1,4 @@
-"""What the README and the documentation show: blocks of code, and commands."""
+"""Blocks of code and commands in the README and the documentation."""
 
 import re
 import shlex

@@ -1,4 +1,4 @@
-"""What a refusal of a file must look like."""
+"""The form of a refusal of a file."""
 
 from collections.abc import Callable
 

@@ -22,7 +22,7 @@ def test_while_the_first_modules_are_loaded_an_interrupt_ends_in_no_traceback() 
     assert (done.returncode, done.stdout, done.stderr) == (-signal.SIGINT, "", "")
 
 
-def test_errors_are_told_where_nobody_reads_the_output() -> None:
+def test_errors_are_printed_when_the_output_is_closed() -> None:
     command = 'exec "$0" -m planner plan --robot nowhere >&-'
     done = subprocess.run(["sh", "-c", command, sys.executable], stderr=subprocess.PIPE, text=True, check=False)
     assert done.returncode == 3

@@ -1,4 +1,4 @@
-"""Every public function that takes arrays refuses other shapes and what is no finite number, in one sentence.
+"""Every public function that takes arrays refuses other shapes and numbers that are not finite, in one sentence.
 
 A table of facts, one for each place where arrays enter the package: none ends in a traceback of a library, none in an
 answer.
@@ -160,7 +160,7 @@ def test_other_arrays_and_numbers(name: str) -> None:
 
 
 @pytest.mark.parametrize("q", [[-1.0, 0.8], (-1.0, 0.8), FINE, FINE[:1].tolist(), np.asfortranarray(FINE), FINE[::2]])
-def test_what_is_meant_is_taken(q: object) -> None:
+def test_arrays_of_any_layout_are_accepted(q: object) -> None:
     assert checker().first_contact(q) is None
     assert planner.time_path(np.atleast_2d(np.asarray(q)), checker(), time_law="blended").proven
 

@@ -43,7 +43,7 @@ def examples() -> dict[str, str]:
 
 @pytest.fixture(scope="module")
 def made(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
-    """What examples speak of: a plan, another, a trade-off, a motion, a robot; ``folder`` has what was saved."""
+    """The objects of the examples: two plans, a trade-off, a motion, a robot, and a ``folder`` with saved files."""
     robot, folder = planner.Robot.load("panda"), tmp_path_factory.mktemp("examples")
     plan, other = (planner.plan("planar_2r", "window", beta=beta, nodes=60) for beta in (0.2, 1.0))
     tradeoff = planner.sweep("planar_2r", "window", nodes=60)

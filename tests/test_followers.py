@@ -36,7 +36,7 @@ from tests.random_shapes import random_pose
 from tests.refusals import refusal_of
 from tests.worlds import joint_xml, link_xml, random_q, scene_of
 
-SEEDS = range(4)
+SEEDS = range(3)
 LINKAGES = ["palletizer", *SEEDS]
 
 
@@ -62,7 +62,7 @@ def test_links_are_where_pinocchio_has_them(which: str | int) -> None:
 
 
 @pytest.mark.parametrize("which", LINKAGES)
-def test_a_jacobian_has_what_followers_add_to_their_leaders_columns(which: str | int) -> None:
+def test_followers_add_to_their_leaders_columns_of_the_jacobian(which: str | int) -> None:
     made, h = linkage(which), 1e-6
     robot = replace(made.robot, jacobian_rows="pose")
     for q in random_q(robot, 3, seed=1):
@@ -100,7 +100,7 @@ def along(curve: np.ndarray, count: int = 80) -> np.ndarray:
 
 @pytest.mark.parametrize("which", LINKAGES)
 def test_proven_free_means_that_coal_finds_no_contact(which: str | int) -> None:
-    """Of straight and cubic motions; and what is said to collide does so, but for what lies between two looks."""
+    """Straight and cubic motions; a motion that collides comes near a contact between two samples."""
     made, verdicts = linkage(which), np.zeros(3, dtype=int)
     scene = among(made, LINKAGES.index(which))
     for backend, degree in (("fcl", 1), ("coal", 3)):
@@ -135,7 +135,7 @@ NARROWED = [  # kind of the leader, the follower's kind, limits, <mimic>; what t
 
 
 @pytest.mark.parametrize(("leader", "kind", "limits", "said", "kept"), NARROWED)
-def test_a_leader_is_kept_to_what_its_follower_can(leader, kind, limits, said, kept, urdf_file) -> None:
+def test_a_leader_has_the_limits_of_its_follower(leader, kind, limits, said, kept, urdf_file) -> None:
     joints = joint_xml("lead", "a", "b", leader, limit="-2 2") + joint_xml(
         "led", "a", "c", kind, limit="{} {}".format(*limits)
     )
@@ -198,7 +198,7 @@ def case_of(folder: Path, planned: Plan) -> Case:
 
 
 def test_a_certificate_holds_and_false_ones_are_refused(planned: Plan, tmp_path: Path) -> None:
-    """Of the URDF, too; a rod that stands, follows otherwise or another joint is none of this robot."""
+    """Also against the URDF: a rod that stands still or follows another joint belongs to another robot."""
     case, made = case_of(tmp_path / "out", planned), palletizer()
     said = verify_proof.check(case.folder, made.path)
     assert "Joints and shapes are those of linkage.urdf" in said
@@ -245,7 +245,7 @@ def test_the_checker_knows_how_far_all_joints_move_at_most(which: str | int) -> 
         assert (moved[rows] >= 0.3 * most[k]).all()
 
 
-@pytest.mark.parametrize("which", SEEDS[:3])
+@pytest.mark.parametrize("which", SEEDS[:2])
 def test_certificates_of_random_linkages_are_true(which: int, tmp_path: Path) -> None:
     made = linkage(which)
     checker = make_checker(made.robot, among(made, which))

@@ -23,7 +23,7 @@ _PLANS = """
 import contextlib, sys
 from planner import cli
 for collision in ("fcl", "coal"):
-    sys.argv = ["planner", "plan", "--nodes", "20", "--collision", collision, "--out", collision]
+    sys.argv = ["planner", "plan", "--nodes", "20", "--no-page", "--collision", collision, "--out", collision]
     with contextlib.suppress(SystemExit):
         cli.main()
 """
@@ -84,7 +84,7 @@ def test_every_door_to_ompl_survives_the_debug_hooks(script: str, tmp_path: Path
 
 
 def test_the_hooks_see_a_read_of_freed_memory(tmp_path: Path) -> None:
-    """What OMPL's bindings do with a state checker that is a plain function; where it ends well this file is idle."""
+    """OMPL's bindings free a state checker that is a plain function; without it the tests above prove nothing."""
     script = """
 from ompl import base as ob
 space = ob.RealVectorStateSpace(1)

@@ -18,8 +18,8 @@ from planner.robot.poses import pose
 from tests.worlds import ROBOTS, SCENES
 
 PAIRS = [(robot, scene) for robot in ROBOTS for scene in SCENES]
-# every robot in two scenes, every scene with two robots or three
-PLANNED = [pair for pair in PAIRS if (ROBOTS.index(pair[0]) + SCENES.index(pair[1])) % 3 == 0]
+# every robot in one scene or two, every scene with one robot or two
+PLANNED = [pair for pair in PAIRS if (ROBOTS.index(pair[0]) + SCENES.index(pair[1])) % 5 == 0]
 
 
 @pytest.mark.parametrize(("robot", "scene"), [pair for pair in PAIRS if pair not in PLANNED])

@@ -35,7 +35,7 @@ def _threads_alternate() -> Any:
 
 
 def at_once(work: Callable[[Any], Any], items: list[Any]) -> list[Any]:
-    """What ``work`` gives for each of the items, all begun together."""
+    """The results of ``work`` for the items, all begun together."""
     gate = threading.Barrier(len(items))
 
     def begin(item: Any) -> Any:

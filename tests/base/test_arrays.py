@@ -1,4 +1,4 @@
-"""Arrays that cannot be written to, arithmetic on rows, and what is refused where arrays enter."""
+"""Read-only arrays and arithmetic on rows."""
 
 import itertools
 
@@ -8,7 +8,7 @@ from scipy.spatial.transform import Rotation
 from planner.base.arrays import cumulative_sums, cut, frozen, indices, numbers, parts_of, placement
 
 
-def test_a_frozen_array_is_a_copy_of_what_may_change_and_itself_where_it_is_frozen() -> None:
+def test_freezing_copies_an_array_unless_it_is_frozen() -> None:
     own = np.arange(6).reshape(2, 3).T
     kept = frozen(own)
     own[0, 0] = 9

@@ -31,7 +31,7 @@ def test_the_same_numbers_have_the_same_hash_however_they_lie_in_memory() -> Non
     assert {content_hash([other]) for other in same} == {content_hash([a])}
 
 
-def test_what_differs_hashes_otherwise() -> None:
+def test_different_contents_have_different_hashes() -> None:
     a = np.arange(12.0)
     contents = ([a], [a.reshape(3, 4)], [a.astype(np.float32)], [a.astype(np.int64)], [a[:6], a[6:]], [a, ""], [a + 0j])
     texts = (["ab", "c"], ["a", "bc"], ["abc"], [1], [1.0], ["1"], [1, 23], [12, 3])

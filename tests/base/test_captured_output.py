@@ -1,4 +1,4 @@
-"""What C prints past Python's own streams is caught, and the streams come back."""
+"""Output that C prints past Python's own streams is caught, and the streams come back."""
 
 import ctypes
 import os
@@ -13,7 +13,7 @@ from planner.base.interrupts import write_message
 C = ctypes.CDLL(None)
 
 
-def test_what_c_prints_is_caught_and_the_streams_come_back(capfd: pytest.CaptureFixture[str]) -> None:
+def test_output_of_c_is_caught_and_the_streams_come_back(capfd: pytest.CaptureFixture[str]) -> None:
     sys.stdout.write("before\n")
     with CapturedOutput() as printed:
         C.printf(b"Error:   joint 'j' is not unique. at line 7\n")  # kept in C's own buffer

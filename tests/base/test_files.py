@@ -23,7 +23,7 @@ def test_a_failing_writer_leaves_the_old_file(tmp_path: Path, monkeypatch: pytes
     assert os.listdir(tmp_path) == ["a.json"]
 
 
-def test_colleagues_may_read_what_is_written(tmp_path: Path) -> None:
+def test_colleagues_may_read_written_files(tmp_path: Path) -> None:
     before = os.umask(0o027)
     try:
         write_whole(tmp_path / "a.json", b"")
@@ -32,7 +32,7 @@ def test_colleagues_may_read_what_is_written(tmp_path: Path) -> None:
     assert (tmp_path / "a.json").stat().st_mode & 0o777 == 0o640
 
 
-def test_places_that_cannot_be_written_are_found_before_any_work(tmp_path: Path) -> None:
+def test_unwritable_folders_are_refused_before_any_work(tmp_path: Path) -> None:
     (tmp_path / "loop").symlink_to(tmp_path / "loop")
     before = sorted(tmp_path.rglob("*"))
     for place in (tmp_path / "loop" / "c", Path("/dev/full")):

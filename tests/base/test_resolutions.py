@@ -1,4 +1,4 @@
-"""The resolutions fit each other: what judges samples no coarser than what is judged."""
+"""The resolutions fit each other: a check samples no coarser than the checked motion."""
 
 from planner.base import resolutions as r
 

@@ -39,7 +39,7 @@ class Said(Strict):
 
 @settings(QUICK, suppress_health_check=[HealthCheck.too_slow])
 @given(PLAIN)
-def test_what_is_written_is_read(data: Any) -> None:
+def test_reading_returns_the_written_data(data: Any) -> None:
     assert parse_yaml(yaml_text(data), "it") == data
 
 

@@ -14,19 +14,6 @@ def written(folder: Path, text: str, name: str = "batch.yaml") -> Path:
     return folder / name
 
 
-def test_a_row_is_for_the_files_that_are_read(tmp_path: Path) -> None:
-    """With another scene, another mesh in it or another robot a plan is planned again."""
-    written(tmp_path, "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", "part.obj")
-    written(tmp_path, "obstacles: [{name: part, type: mesh, file: part.obj}]\n", "cell.yaml")
-    (task,) = read_plans(written(tmp_path, "plans: [{name: one, scene: cell.yaml}]"), PLAIN)
-    (other,) = read_plans(written(tmp_path, "plans: [{name: one, scene: cell.yaml, robot: ur5}]"), PLAIN)
-    hashes = {task.asked["asked"], other.asked["asked"]}
-    written(tmp_path, "v 0 0 0\nv 1.5 0 0\nv 0 1 0\nf 1 2 3\n", "part.obj")
-    hashes.add(task.asked["asked"])
-    written(tmp_path, "obstacles: []\nname: other\n", "cell.yaml")
-    assert len(hashes | {task.asked["asked"]}) == 4
-
-
 def test_problems_are_found_in_folders_and_flat(problems: Path, tmp_path: Path) -> None:
     assert [task.name for task in read_plans(problems, PLAIN)] == ["far/0001", "posts/0001"]
     assert [task.name for task in read_plans(problems / "posts", PLAIN)] == ["posts/0001"]

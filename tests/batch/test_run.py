@@ -17,11 +17,9 @@ from planner.base.progress import Progress
 from planner.batch import run as module
 from planner.batch.run import CRASHED, NO_PATH, REFUSED, SOLVED, TIMED_OUT, BatchResult, run_batch
 from planner.planning.plan import plan
-from planner.problem.request import PlanRequest, WorkersRequest
-from tests.batch.functions import kill_at_plan_two
-from tests.batch.test_parallel import TWO, dask, until, workers
+from planner.problem.request import PlanRequest
+from tests.batch.test_parallel import TWO, until
 
-__all__ = ["dask", "workers"]  # fixtures
 PLAIN = PlanRequest.from_options(robot="planar_2r", scene="empty", nodes=40, collision="coal")
 PLANS = """plans:
   - {name: one}
@@ -42,10 +40,8 @@ def timeless(batch: BatchResult) -> list[dict[str, Any]]:
     return [row | {"seconds": None} for row in batch.rows]
 
 
-def test_rows_and_folders_are_the_same_for_any_workers(source: Path, tmp_path: Path, workers: WorkersRequest) -> None:
-    here, there = (
-        run_batch(source, tmp_path / str(jobs), PLAIN, who) for jobs, who in ((1, module.SERIAL), (2, workers))
-    )
+def test_rows_and_folders_are_the_same_for_any_workers(source: Path, tmp_path: Path) -> None:
+    here, there = (run_batch(source, tmp_path / str(jobs), PLAIN, who) for jobs, who in ((1, module.SERIAL), (2, TWO)))
     assert timeless(here) == timeless(there)
     assert [row["outcome"] for row in here.rows] == [SOLVED, SOLVED, REFUSED]
     assert "outside its limits" in here.rows[2]["message"]
@@ -90,22 +86,22 @@ def test_only_missing_and_failed_plans_are_planned_again(
     assert again(SOLVED, SOLVED, SOLVED) == ["one", "two", "bad"]
 
 
-def test_a_plan_that_kills_its_process_is_a_row(source: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    before = run_batch(source, tmp_path / "before", PLAIN)
-    monkeypatch.setattr(module, "_measure_row", kill_at_plan_two)
-    found = run_batch(source, tmp_path / "out", PLAIN, TWO)
-    assert found.complete
-    assert [row["outcome"] for row in found.rows] == [SOLVED, CRASHED, REFUSED]
-    assert "worker died" in found.rows[1]["message"]
-    assert timeless(found)[::2] == timeless(before)[::2]
+def test_a_plan_that_kills_its_process_is_a_row_and_is_planned_again(
+    source: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(
+        module, "measured_cases", lambda tasks, work, *more: ((k, None) for k in range(len(tasks)) if k == 1)
+    )
+    found = run_batch(source, tmp_path / "out", PLAIN)
+    assert [row["outcome"] for row in found.rows] == [CRASHED]
+    assert "worker died" in found.rows[0]["message"]
     monkeypatch.undo()
-    assert timeless(run_batch(source, tmp_path / "out", PLAIN, TWO)) == timeless(before)
+    assert [row["outcome"] for row in run_batch(source, tmp_path / "out", PLAIN).rows] == [SOLVED, SOLVED, REFUSED]
 
 
-@pytest.mark.parametrize("jobs", [1, 2])
-def test_a_plan_stops_at_its_time_limit(source: Path, tmp_path: Path, jobs: int) -> None:
+def test_a_plan_stops_at_its_time_limit(source: Path, tmp_path: Path) -> None:
     source.write_text(f"plans:\n{LONG}")
-    (row,) = run_batch(source, tmp_path / "out", PLAIN, WorkersRequest(jobs), time_limit=1.0).rows
+    (row,) = run_batch(source, tmp_path / "out", PLAIN, time_limit=1.0).rows
     assert row["outcome"] == TIMED_OUT
     assert row["seconds"] >= 1.0
     assert [path.name for path in (tmp_path / "out" / "long").iterdir()] == ["row.json"]
@@ -113,12 +109,11 @@ def test_a_plan_stops_at_its_time_limit(source: Path, tmp_path: Path, jobs: int)
         run_batch(source, tmp_path, PLAIN, time_limit=0)
 
 
-@pytest.mark.parametrize("jobs", ["1", "2"])
-def test_ctrl_c_saves_the_rows_and_ends_the_workers(source: Path, tmp_path: Path, jobs: str) -> None:
+def test_ctrl_c_saves_the_rows_and_ends_the_workers(source: Path, tmp_path: Path) -> None:
     psutil = pytest.importorskip("psutil")
     one = "plans:\n  - {name: one, robot: planar_2r, scene: empty, nodes: 40}\n"
     source.write_text(one + LONG)
-    words = [sys.executable, "-m", "planner", "batch", str(source), "--out", str(tmp_path / "out"), "--jobs", jobs]
+    words = [sys.executable, "-m", "planner", "batch", str(source), "--out", str(tmp_path / "out"), "--jobs", "2"]
     command = subprocess.Popen(words, start_new_session=True)
     until((tmp_path / "out" / "one" / "row.json").exists)
     workers = psutil.Process(command.pid).children(recursive=True)

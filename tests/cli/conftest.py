@@ -1,4 +1,4 @@
-"""What several commands are tried on."""
+"""Files of several tests of commands."""
 
 from pathlib import Path
 

@@ -1,4 +1,4 @@
-"""``planner robots``, ``planner scenes`` and ``planner schema``: what they list."""
+"""The lists of ``planner robots``, ``planner scenes`` and ``planner schema``."""
 
 import json
 from typing import get_args

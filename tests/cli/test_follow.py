@@ -34,7 +34,7 @@ def test_a_seam_is_followed_and_its_record_and_page_say_so(run: Run, tmp_path: P
     assert code == 0, text
 
 
-def test_what_is_followed_in_part_ends_with_4_and_a_reason(run: Run, tmp_path: Path) -> None:
+def test_a_path_followed_in_part_ends_with_4_and_a_reason(run: Run, tmp_path: Path) -> None:
     file, out = tmp_path / "line.csv", tmp_path / "out"
     file.write_text("x,y,z,ax,ay,az\n0.5,0,0.4,0,0,-1\n0.6,0,0.4,0,0,-1\n1.4,0,0.4,0,0,-1\n")
     code, text, _ = run("follow", str(file), "--robot", "panda", "--scene", "empty", "--no-timing", "--out", str(out))

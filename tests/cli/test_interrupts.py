@@ -1,4 +1,4 @@
-"""Ctrl-C at any moment: how the process ends, what it says, and that no finished result is lost."""
+"""Ctrl-C at any moment ends the process with a sentence and loses no finished result."""
 
 import signal
 import subprocess

@@ -1,4 +1,4 @@
-"""``planner roadmap`` as a user types it: what it writes, what it refuses, and that a refusal overwrites nothing."""
+"""``planner roadmap`` as a user types it."""
 
 import itertools
 import json
@@ -65,7 +65,7 @@ def interrupt_after(questions: int, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(StopRequest, "__call__", lambda self: next(asked) > questions)
 
 
-def test_an_interrupted_build_keeps_what_there_is(run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_an_interrupted_build_saves_its_roadmap(run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     interrupt_after(600, monkeypatch)
     code, out, err = run("roadmap", "build", str(tmp_path / "r.npz"), *world(tmp_path), "--nodes", "5000")
     assert code == 130, err

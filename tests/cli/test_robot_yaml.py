@@ -1,4 +1,4 @@
-"""``planner robot-yaml``, and the options that choose what of a robot is planned, in every command that takes them."""
+"""``planner robot-yaml``, and the options that choose the planned joints."""
 
 import json
 from pathlib import Path
@@ -37,7 +37,7 @@ def test_the_file_loads_is_the_same_again_and_is_not_overwritten(run: Run, made:
     assert (code, "exists and is not overwritten" in error) == (3, True)
 
 
-def test_a_plan_with_some_joints_and_what_its_roadmap_remembers(run: Run, made: Path, tmp_path: Path) -> None:
+def test_a_plan_with_some_joints_and_its_roadmap(run: Run, made: Path, tmp_path: Path) -> None:
     joints = ",".join(Robot.load(str(made)).joints[:2])
     options = ("--robot", str(made), "--scene", "empty", "--joints", joints)
     out, kept = str(tmp_path / "out"), str(tmp_path / "out" / "roadmap.npz")

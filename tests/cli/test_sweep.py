@@ -16,7 +16,7 @@ SMALL = ("--nodes", "80", "--seed", "2")
 
 @pytest.fixture(scope="module")
 def swept(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, str]:
-    """A folder with a small sweep of the paper's scenario, made once, and what the terminal said."""
+    """A folder with a small sweep of the paper's scenario, made once, and the output of the command."""
     out = tmp_path_factory.mktemp("swept")
     process = command("sweep", *SMALL, "--out", str(out), cwd=out)
     text, err = process.communicate(timeout=120)
@@ -71,7 +71,7 @@ def test_a_motion_is_chosen_by_beta_and_exported(swept: tuple[Path, str], run: R
 
 
 @pytest.mark.parametrize("step", [1, 2])
-def test_ctrl_c_saves_what_is_proven(
+def test_ctrl_c_saves_the_proven_intervals(
     swept: tuple[Path, str], tmp_path: Path, run: Run, monkeypatch: pytest.MonkeyPatch, step: int
 ) -> None:
     out, arguments = tmp_path / "o", (*SMALL, "--roadmap", str(swept[0] / "roadmap.npz"))

@@ -17,7 +17,7 @@ ENDS = {
 
 
 @pytest.mark.parametrize("name", ENDS)
-def test_what_the_system_refuses(name: str, run: Run, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_errors_of_the_system_are_sentences(name: str, run: Run, monkeypatch: pytest.MonkeyPatch) -> None:
     error, code, part = ENDS[name]
 
     def refuse(_: list[str]) -> int:

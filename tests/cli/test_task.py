@@ -1,4 +1,4 @@
-"""``planner task`` as a user types it, and ``planner check`` and ``export`` of what it wrote."""
+"""``planner task`` as a user types it, and ``planner check`` and ``export`` of its files."""
 
 import json
 from collections.abc import Callable
@@ -100,7 +100,7 @@ def test_the_whole_motion_is_exported(tidy: Path, run: Run) -> None:
     assert times == sorted(set(times))
 
 
-def test_what_cannot_be_done_is_said_with_code_4(run: Run, tmp_path: Path) -> None:
+def test_an_impossible_task_ends_with_code_4(run: Run, tmp_path: Path) -> None:
     far = Path(SCENE).read_text().replace("[0.5, -0.3, 0.05]", "[1.5, -0.3, 0.05]")
     (tmp_path / "two-boards.yaml").write_text(far)
     (tmp_path / "far.yaml").write_text((EXAMPLES / "tidy.yaml").read_text())

@@ -1,4 +1,4 @@
-"""Bars of progress: what is left of them on standard error."""
+"""Bars of progress on standard error."""
 
 from __future__ import annotations
 
@@ -23,6 +23,6 @@ def test_a_stage_has_one_bar_with_its_unit_however_often_it_begins(capsys: pytes
     assert all(len(words) == 3 for words in shown.values())  # and the time it took
 
 
-def test_without_a_known_end_only_what_is_done_is_counted(capsys: pytest.CaptureFixture[str]) -> None:
+def test_without_a_known_end_the_bar_counts(capsys: pytest.CaptureFixture[str]) -> None:
     shown = bars([("path", done, 0) for done in range(4)], capsys)
     assert shown["path"][:2] == ["3", "paths"]

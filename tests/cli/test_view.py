@@ -60,7 +60,7 @@ def test_without_a_screen_the_place_is_printed(
 
 
 def seen(run: Run, folder: Path, *arguments: str) -> tuple[str, dict]:
-    """What ``view --out`` says, and the data of the page it wrote."""
+    """The output of ``view --out``, and the data of its page."""
     page = folder / "deep" / "state.html"
     code, out, err = run("view", *arguments, "--out", str(page))
     assert code == 0, err

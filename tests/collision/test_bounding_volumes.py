@@ -6,10 +6,9 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from scipy.optimize import linprog
 
 from planner.collision import BACKENDS, make_checker
-from planner.collision.bounding_volumes import box_cover, dent_depth, hull_corners, sphere_cover, widen_triangles
+from planner.collision.bounding_volumes import box_cover, dent_depth, sphere_cover, widen_triangles
 from planner.collision.checker import is_free
 from planner.kinematics.forward import joint_placements
 from planner.robot.poses import pose
@@ -44,19 +43,6 @@ def test_every_point_of_a_mesh_lies_in_a_box(seed, size, count):
     beyond = np.abs(points_in(mesh, rng)[:, None] - centres[None]) - halves[None]
     assert beyond.max(axis=2).min(axis=1).max() <= 1e-12
     assert len(centres) == min(count, len(mesh.triangles))
-
-
-def in_hull(point: np.ndarray, corners: np.ndarray) -> bool:
-    """By linear programming: a convex combination of the corners."""
-    equal = np.vstack([corners.T, np.ones(len(corners))])
-    return linprog(np.zeros(len(corners)), A_eq=equal, b_eq=[*point, 1.0]).status == 0
-
-
-def test_fewer_points_have_the_same_hull() -> None:
-    points = np.random.default_rng(0).normal(size=(300, 3))
-    corners = hull_corners(points)
-    assert len(corners) < 150
-    assert all(in_hull(point, corners) for point in points[::10])
 
 
 def notched(depth: float) -> Mesh:

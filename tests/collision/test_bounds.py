@@ -75,7 +75,7 @@ def test_a_ball_against_a_primitive_is_exact(kind):
 
 @pytest.mark.parametrize("name", ["iiwa14", "panda"])
 def test_bounds_are_of_use(name):
-    """Most of what is 20 cm away is known to be at least 5 cm away."""
+    """For most pairs that are 20 cm apart the bound is at least 5 cm."""
     world = checker_of(name, "paper").world
     q = random_q(load(name), 8, seed=2)
     coarse, _ = both_bounds(world, q)
@@ -84,7 +84,7 @@ def test_bounds_are_of_use(name):
     assert (coarse[far] > 0.05).mean() > 0.95
 
 
-def test_what_is_known_of_another_world_moves_as_it_does_there_unless_it_is_said_again() -> None:
+def test_motions_of_another_world_are_taken_over_unless_they_are_given() -> None:
     """An obstacle that comes to where the arm is: refused in every world that takes it over."""
     far, near = pose([3.0, 0.0, 0.0]), pose([0.6, 0.0, 0.0])
     coming, staying = KnownMotion([0.0, 4.0], [far, near]), KnownMotion([0.0, 4.0], [far, far])
@@ -104,8 +104,8 @@ def test_what_is_known_of_another_world_moves_as_it_does_there_unless_it_is_said
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_a_look_finds_what_is_as_near_as_the_margin_and_nothing_farther(kind: str) -> None:
-    """Balls around bodies and obstacles say what is far: they must not say it of what is at the margin."""
+def test_a_look_finds_pairs_within_the_margin_and_no_others(kind: str) -> None:
+    """Balls around bodies and obstacles clear far pairs; they must not clear a pair at the margin."""
     rng, robot = np.random.default_rng(0), load("iiwa14")
     for _ in range(8):
         shape = random_shape(rng, kind, str(rng.choice(["normal", "thin", "large"])))

@@ -69,7 +69,7 @@ def test_after_any_changes_and_back_again_it_answers_as_one_that_shares_nothing(
     assert len(verdicts) > 4
 
 
-def test_margins_are_those_that_are_asked_for_on_every_thread() -> None:
+def test_every_thread_uses_the_requested_margins() -> None:
     """Few configurations are asked by one thread, many by all; each has margins of its own to keep up with."""
     rng = np.random.default_rng(4)
     world = world_of(crowd(12, rng))

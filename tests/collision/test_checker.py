@@ -1,4 +1,4 @@
-"""What every backend answers of one configuration and of several."""
+"""Every backend on one configuration and on several."""
 
 from dataclasses import replace
 
@@ -40,7 +40,7 @@ PLATE = Mesh(np.array([[-0.5, -0.5, 0], [0.5, -0.5, 0], [0.0, 0.5, 0]]), np.arra
 @pytest.mark.parametrize("shape", [Sphere(0.3), Box((0.3, 0.4, 0.5)), PLATE])
 @pytest.mark.parametrize("backend", ["fcl", "coal"])
 def test_a_base_as_near_as_the_margin_touches_whatever_bounds_say(shape: Shape, backend: str) -> None:
-    """Bounds round otherwise than libraries, and coal bends what is flat by a micrometre."""
+    """Bounds round otherwise than libraries, and coal bends flat meshes by a micrometre."""
     rng = np.random.default_rng(0)
     for _ in range(20):
         away = rng.normal(size=3)
@@ -52,7 +52,7 @@ def test_a_base_as_near_as_the_margin_touches_whatever_bounds_say(shape: Shape, 
         assert far.static_contact is None
 
 
-def test_a_base_inside_a_convex_mesh_is_told() -> None:
-    """For planes a convex mesh is solid: what they prove of one is less than the distance to its triangles."""
+def test_a_base_inside_a_convex_mesh_is_a_contact() -> None:
+    """Separating planes take a convex mesh for solid, so their distance is less than that of its triangles."""
     checker = make_checker(STANDING, scene_of((box_mesh((1.5, 1.5, 1.5)), np.eye(4))), margin=0.01)
     assert str(checker.static_contact) == "'link' and 'thing0'"

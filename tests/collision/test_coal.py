@@ -1,4 +1,4 @@
-"""What coal was caught at, and must not do again: verdicts that are wrong, or that depend on earlier questions."""
+"""Errors of coal that must not come back: wrong verdicts, and verdicts that depend on earlier queries."""
 
 from dataclasses import replace
 
@@ -38,7 +38,7 @@ CAUGHT = [
 
 @pytest.mark.parametrize(("robot", "scene", "q", "depth"), CAUGHT)
 @pytest.mark.parametrize("backend", ["fcl", "coal"])
-def test_what_is_deep_inside_is_not_free(robot: str, scene: str, q: list[float], depth: float, backend: str) -> None:
+def test_a_state_deep_inside_is_not_free(robot: str, scene: str, q: list[float], depth: float, backend: str) -> None:
     checker = make_checker(load(robot), Scene.load(scene), backend)
     assert CoalWorld(checker.world).distances(np.array(q)).min() < depth
     assert not is_free(checker, np.array(q))
@@ -81,7 +81,7 @@ def test_a_level_plate_without_thickness_is_seen(triangles: list[list[int]], bac
 
 
 @pytest.mark.parametrize(("robot", "scene"), [("panda", "shelf"), ("iiwa14", "cage"), ("planar_2r", "window")])
-def test_passing_over_what_coal_clears_finds_the_same_first_contact(robot: str, scene: str) -> None:
+def test_skipping_cleared_states_finds_the_same_first_contact(robot: str, scene: str) -> None:
     checker = make_checker(load(robot), Scene.load(scene), "coal", margin=0.002)
     touched = free = 0
     for seed, (a, b) in enumerate(random_q(load(robot), 60, seed=5).reshape(30, 2, -1)):
@@ -99,7 +99,7 @@ def test_passing_over_what_coal_clears_finds_the_same_first_contact(robot: str, 
 
 
 @pytest.mark.parametrize("backend", ["fcl", "coal"])
-def test_a_checker_that_shares_shapes_says_what_one_from_nothing_says(backend: str) -> None:
+def test_a_checker_with_shared_shapes_answers_as_a_fresh_one(backend: str) -> None:
     first = make_checker(load("panda"), Scene.load("shelf"), backend)
     obstacles = first.world.obstacles
     moved = replace(obstacles[0], placement=pose([0.5, 0.1, 0.5]))

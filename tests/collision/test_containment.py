@@ -1,4 +1,4 @@
-"""What lies wholly inside a mesh is a contact, for states, motions and paths, with either library."""
+"""A shape wholly inside a mesh is a contact, for states, motions and paths, with either library."""
 
 from collections.abc import Callable
 from pathlib import Path
@@ -50,7 +50,7 @@ def test_a_robot_inside_a_mesh(backend: str, mesh: Mesh, at: np.ndarray | None, 
     assert (path_contact(checker, np.array([q, q + delta])) is not None) is encloses
 
 
-def test_all_pairs_names_every_pair_of_which_one_is_inside_the_other() -> None:
+def test_all_pairs_names_every_pair_with_one_shape_inside_the_other() -> None:
     scene = scene_of((box(8.0), np.eye(4)), (box(9.0), pose([20, 0, 0])), (ROOM, np.eye(4)), (box(10.0), np.eye(4)))
     checker = make_checker(load("planar_2r"), scene)
     pairs = {checker.world.members(k) for k in checker.inside.all_pairs(np.array([[0.3, 0.4], [0.1, 0.2]])).tolist()}
@@ -88,7 +88,7 @@ def test_a_link_inside_another(backend: str, name: str, q: list[float]) -> None:
     assert found.enclosed
 
 
-def test_what_the_scene_allows_may_be_inside() -> None:
+def test_an_allowed_pair_may_be_one_inside_the_other() -> None:
     robot, scene = load("planar_2r"), scene_of((box(8.0), np.eye(4)))
     links = {body.link for body in robot.bodies}
     allowed = frozenset(frozenset((link, "thing0")) for link in links)
@@ -101,7 +101,7 @@ def _obj(mesh: Mesh) -> str:
     return "\n".join([*lines, *("f {} {} {}".format(*(row + 1)) for row in mesh.triangles)]) + "\n"
 
 
-def test_with_more_clearance_the_same_pairs_are_found_by_their_new_numbers() -> None:
+def test_with_more_clearance_the_same_pairs_have_their_new_numbers() -> None:
     """A hollow link swallows the hand; the base, which no joint moves, stands in a mesh of its own."""
     scene = scene_of((box(9.0), pose([20, 0, 0])), (box(6.0), np.eye(4)), (box(0.6), pose([0.7, 0, 0.5])))
     checker = make_checker(load("panda"), scene)

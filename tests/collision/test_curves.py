@@ -67,7 +67,7 @@ def test_an_optimiser_finds_no_less_clearance_than_is_claimed(name: str) -> None
 
 
 def test_a_segment_is_a_curve_of_degree_one() -> None:
-    """And of any higher degree with nothing in its further coefficients; part by part it is as free as whole."""
+    """A segment padded with zero coefficients has the same verdict, and so have its halves."""
     robot = load("planar_2r")
     prover = EdgeProver(make_checker(robot, WALL))
     line = curves(robot, 40, 1, seed=3, reach=1.0)
@@ -92,7 +92,7 @@ FROM_REST = {  # q(s) of (slide, shoulder, elbow) whose tip stands still at s = 
 
 
 @pytest.mark.parametrize("name", FROM_REST)
-def test_what_is_reached_from_rest_is_not_called_clear(name: str, urdf_file: Callable[..., str]) -> None:
+def test_a_point_reached_from_rest_is_not_called_clear(name: str, urdf_file: Callable[..., str]) -> None:
     """Along an arm that is stretched out joints add up in how they speed up a point: nothing of that may be left out.
 
     An obstacle stands where the tip comes to in the end, and the sample in the middle sees it at its farthest.

@@ -142,7 +142,7 @@ def test_the_gap_of_a_sweep_decides(gap, margin, verdict):
 
 
 def test_no_wall_that_the_tip_of_a_folding_arm_crosses_is_called_clear():
-    """The tip is near the first axis and swings out: what the proof takes from there must hold until it is out."""
+    """The tip is near the first axis and swings out: the bound must hold until it is out."""
     robot, rng, proven = load("planar_2r"), np.random.default_rng(0), 0
     last = next(body for body in robot.bodies if body.joint == 2)
     arm = replace(robot, bodies=(replace(last, shape=Sphere(1e-3), placement=pose([0.5, 0, 0])),))
@@ -269,7 +269,7 @@ def test_the_cheapest_chain_is_dijkstras_over_all_motions_that_are_proven() -> N
     assert cheapest_chain(prover, points, np.full((k, k), np.inf)).tolist() == list(range(k))
 
 
-def test_what_slides_beyond_its_limits_is_not_proven(urdf_file) -> None:
+def test_a_slide_beyond_its_limits_is_not_proven(urdf_file) -> None:
     """Reaches hold within the limits: a motion 3 m out, where it may go 0.1, was called free through an obstacle."""
     arm = "".join(map(link_xml, "ab")) + link_xml("c", '<sphere radius="0.05"/>')
     arm += joint_xml("j", "a", "b", limit="-3 3") + joint_xml("k", "b", "c", "prismatic", "1 0 0", limit="-0.1 0.1")
@@ -313,7 +313,7 @@ def test_a_direction_whose_square_is_no_number_separates_nothing(urdf_file, c: f
 
 
 @pytest.mark.parametrize("backend", BACKENDS)
-def test_what_is_proven_of_the_pieces_of_meshes_touches_nowhere_by_the_whole_meshes(backend: str) -> None:
+def test_a_motion_proven_with_pieces_of_meshes_touches_no_complete_mesh(backend: str) -> None:
     """Looked at every millimetre by the other library, which knows the meshes before they are split."""
     files, scene, other = read_robot(UR3), Scene.load("table"), "coal" if backend == "fcl" else "fcl"
     split, whole = (assemble(replace(files, description=replace(files.description, pieces=k))) for k in (True, False))

@@ -50,7 +50,7 @@ def nearest_along(judge: CoalWorld, curve: np.ndarray, pairs: np.ndarray) -> flo
 @pytest.mark.parametrize("backend", BACKENDS)
 @pytest.mark.parametrize("arm", ARMS)
 def test_proven_free_implies_that_coal_finds_no_contact_at_any_s(arm: str, backend: str) -> None:
-    """And no less clearance than was claimed; the pair that is blamed for a contact does come near."""
+    """The claimed clearance is a lower bound, and the pair that is blamed for a contact does come near."""
     verdicts: Counter[int] = Counter()
 
     @settings(QUICK, max_examples=12 if arm == "iiwa14" else 30)

@@ -153,7 +153,7 @@ def test_joints_that_carry_each_other_speed_a_point_up_together(urdf_file) -> No
 
 
 @pytest.mark.parametrize("power", [2, 3, 5])
-def test_what_stands_still_in_the_middle_is_not_taken_to_stand_still(power: int, urdf_file) -> None:
+def test_a_joint_at_rest_in_the_middle_is_not_taken_to_stand_still(power: int, urdf_file) -> None:
     """A turn by (s - 1/2)^power: its velocity and mostly its acceleration vanish where the part is looked at."""
     arm = link_xml("a") + link_xml("b", '<sphere radius="1e-3"/>', '<origin xyz="1 0 0"/>')
     checker = make_checker(Robot.load(urdf_file(arm + joint_xml("j", "a", "b"))), scene_of((Box((1, 1, 1)), pose())))

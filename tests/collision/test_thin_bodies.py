@@ -1,4 +1,4 @@
-"""Robots whose meshes are thinned: what touches the mesh of the file touches for every checker, and for proofs."""
+"""Robots with thinned meshes: a contact with the mesh of the file is one for every checker and every proof."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -39,7 +39,7 @@ def scene() -> Scene:
 
 
 def true_distances(robot: Robot, q: np.ndarray) -> np.ndarray:
-    """Of the mesh of the file, before it was thinned, and the obstacle, by coal."""
+    """Distances of the obstacle from the mesh of the file, before thinning, by coal."""
     bodies = tuple(replace(body, shape=Mesh(MESH.vertices, MESH.triangles)) for body in robot.bodies[:1])
     whole = replace(robot, bodies=bodies)
     judge = CoalWorld(make_checker(replace(whole, disabled_pairs=frozenset()), scene()).world)
@@ -47,7 +47,7 @@ def true_distances(robot: Robot, q: np.ndarray) -> np.ndarray:
 
 
 @pytest.mark.parametrize("backend", ["fcl", "coal"])
-def test_what_touches_the_mesh_of_the_file_touches(robot: Robot, backend: str) -> None:
+def test_a_contact_with_the_mesh_of_the_file_is_a_contact(robot: Robot, backend: str) -> None:
     assert all(isinstance(body.shape, Mesh) and body.shape.radius > 0 for body in robot.bodies)
     checker = make_checker(robot, scene(), backend)
     q = np.linspace(0.0, 0.1, 400)[:, None]

@@ -41,7 +41,7 @@ def touches(checker: CollisionChecker, obstacle: MovingObstacle, q: np.ndarray, 
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_what_is_proven_in_time_touches_at_no_sampled_moment(kind: str) -> None:
+def test_a_motion_proven_in_time_touches_at_no_sampled_moment(kind: str) -> None:
     rng, checker = np.random.default_rng(len(kind)), make_checker(load("planar_2r"), Scene("none"), "fcl")
     proven = touched = 0
     for _ in range(6):
@@ -92,7 +92,7 @@ def test_no_bar_that_turns_to_and_fro_comes_nearer_than_was_proven(urdf_file: Ca
     arm = link_xml("a") + link_xml("b", '<sphere radius="0.02"/>', '<origin xyz="0.3 0 0"/>') + joint_xml("j", "a", "b")
     robot, rng = Robot.load(urdf_file(arm)), np.random.default_rng(3)
     proven = 0
-    for _ in range(100):
+    for _ in range(50):
         (bar, centre, half), q = dithering(rng), rng.uniform(-1, 1)
         ball = np.array([0.3 * np.cos(q), 0.3 * np.sin(q), 0.0])
         begin, slack = rng.uniform(-0.1, 0.1), rng.choice([0.0, 0.05, 0.2])
@@ -116,7 +116,7 @@ def test_no_bar_that_turns_to_and_fro_comes_nearer_than_was_proven(urdf_file: Ca
             free = TimedProver(make_checker(robot, Scene("none"), margin=margin), [bar]).free(still, span)[0]
             assert not (free and must_not)
             proven += bool(free)
-    assert proven > 15, "what keeps clear is proven"
+    assert proven > 7, "what keeps clear is proven"
 
 
 def test_coal_in_time_agrees_with_fcl_at_single_moments() -> None:

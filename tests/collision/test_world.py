@@ -1,4 +1,4 @@
-"""The numbering of pairs, and what the words about a contact say."""
+"""The numbering of pairs of bodies and obstacles."""
 
 import numpy as np
 
@@ -33,7 +33,7 @@ def test_every_pair_has_a_number_and_its_members() -> None:
     assert world.checked.tolist()[0] == [True, False]
 
 
-def test_another_scene_and_what_is_carried_leave_the_rest_of_a_world_as_it_is() -> None:
+def test_another_scene_and_a_carried_object_leave_the_rest_of_a_world_unchanged() -> None:
     robot = load("panda")
     assert robot.disabled_pairs
     ball = Carried("panda_hand", "ball", Sphere(0.02), pose([0, 0, 0.1]), ("panda_link5",))

@@ -69,7 +69,7 @@ def test_the_residual_of_an_unreachable_target(direction):
 
 
 @pytest.mark.parametrize("name", ROBOTS)
-def test_what_is_reached_is_not_beyond_reach(name):
+def test_a_reached_point_is_not_beyond_reach(name):
     robot = load(name)
     turned = Robot.load(name, base=pose([0.4, -0.3, 0.2], rpy=[0.2, -0.4, 1.0]))
     for some in (robot, turned):

@@ -65,7 +65,7 @@ def test_beyond_a_sliding_joint(urdf_file):
 
 
 @pytest.mark.parametrize("name", ["iiwa14", "panda", "planar_2r", "ur5"])
-def test_reach_is_no_multiple_of_what_a_point_moves(name):
+def test_reach_is_close_to_the_motion_of_some_point(name):
     """A bound that is far too large would be safe and useless: some point really comes near it."""
     robot, h = load(name), 1e-4
     reach, rng = Reach.of(robot).bodies, np.random.default_rng(0)

@@ -1,4 +1,4 @@
-"""Chord bounds of the tool frame attacked by a hill climb, and what is proven along curves against dense samples."""
+"""Chord bounds of the tool frame attacked by a hill climb, and proofs along curves against dense samples."""
 
 from typing import Any
 
@@ -89,7 +89,7 @@ def test_a_point_a_metre_off_the_flange_is_bounded_too() -> None:
     assert deviations(far, wrist, np.array([0.5]))[0][0] > near(wrist)[0][0]
 
 
-def test_what_does_not_carry_the_tool_moves_nothing(urdf_file) -> None:
+def test_a_joint_that_does_not_carry_the_tool_moves_nothing(urdf_file) -> None:
     robot = sliding(urdf_file)
     curve = np.zeros((2, 3, robot.dof))
     curve[:, 1:, robot.joints.index("j5")] = 1.0

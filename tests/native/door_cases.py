@@ -1,4 +1,4 @@
-"""Random but valid input for the compiled code, and what has to hold of its answers.
+"""Random but valid input for the compiled code, and facts about its answers.
 
 A case makes its input from a generator and a size, asks, looks at the answers, and returns them. Sizes have their edges
 in them: no rows and one, one joint and many, no obstacles, no pairs, one arc.
@@ -159,7 +159,7 @@ def of_boxes(rng: Rng, size: Size) -> list[Any]:
 
 
 def of_keeping(rng: Rng, size: Size) -> list[Any]:
-    """Two frames, one with half-spaces and one with balls; what is brought to keep them has that to spare."""
+    """Two frames, one with half-spaces and one with balls; projected states satisfy them."""
     chain, q, k = a_chain(rng, size.joints), states(rng, size), 1 + size.bodies
     joints, placements = rng.integers(0, size.joints + 1, 2), np.array([random_pose(rng) for _ in range(2)])
     wraps, ball = rng.random(size.joints) < 0.2, np.arange(2 * k) >= k
@@ -336,7 +336,7 @@ def require_verdicts(world: NativeWorld, verdict: Any, pair: Any, samples: Any, 
 
 
 def of_proofs_in_time(rng: Rng, size: Size) -> list[Any]:
-    """The same answers of what was taken over by another world, with its motions."""
+    """A world that takes over items of another one, with their motions, gives the same answers."""
     chain, world = a_world(rng, size, moves=True)
     again, seed = NativeWorld(chain, 0.0), int(rng.integers(1000))
     numbers = [again.take(world, item) for item in range(size.bodies + size.obstacles)]
@@ -411,7 +411,7 @@ def a_gate(chain: NativeChain, world: NativeWorld, limits: Any = None, apart: fl
 
 
 def of_gates(rng: Rng, size: Size) -> list[Any]:
-    """What is judged in one go is what its parts come to one after the other."""
+    """A check in one call is the sum of its steps."""
     found, few = [], replace(size, rows=min(size.rows, 12) + 2)
     for share in (0.02, 0.2, 3.0):
         chain, world = a_world(rng, size)
@@ -473,7 +473,7 @@ def cheapest_proven(world: NativeWorld, points: Any, price: Any) -> list[int]:
 
 
 def of_refinement(rng: Rng, size: Size) -> list[Any]:
-    """All sweeps and tries at once are as one after the other, and what they make of a path is proven."""
+    """All sweeps and tries at once are as one after the other, and the new path is proven."""
     size = replace(size, rows=min(size.rows + 2, 30))
     (chain, world), dof, found = a_world(rng, size), size.joints, []
     path = np.cumsum(0.02 * states(rng, size), axis=0)

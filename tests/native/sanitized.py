@@ -50,7 +50,7 @@ any(thread.start() for thread in both), any(thread.join() for thread in both)
 
 
 def main(arguments: list[str]) -> int:
-    """Compile, see that the sanitizer sees, and run the tests; what pytest returns."""
+    """Compile, try the sanitizer on a known error, and run the tests; the exit code of pytest."""
     kind = arguments.pop(0) if arguments[:1] == ["thread"] else "address"
     # the C++ runtime as well: the sanitizer looks for what throws before the module brings it
     preloaded = " ".join(map(runtime, (RUNTIME[kind], "libstdc++.so.6")))
@@ -65,7 +65,7 @@ def main(arguments: list[str]) -> int:
 
 
 def runtime(name: str) -> str:
-    """Where the compiler has a library of its own."""
+    """The path of a library of the compiler."""
     found = subprocess.run(
         ["gcc", f"-print-file-name={name}"], check=True, capture_output=True, text=True
     ).stdout.strip()

@@ -126,7 +126,7 @@ def test_another_type_is_refused(name: str) -> None:
 
 
 @pytest.mark.parametrize("name", VALUES)
-def test_what_cannot_be_computed_with_is_refused(name: str) -> None:
+def test_unusable_values_are_refused(name: str) -> None:
     with pytest.raises(ArrayError, match="the compiled code cannot use what it was given"):
         VALUES[name]()
 

@@ -100,7 +100,7 @@ def points() -> tuple[object, ...]:
 
 
 def circle(ways: int, *ends: object) -> tuple[object, ...]:
-    """A graph of many nodes in a circle, each joined to the next one and some others, and what is asked of it."""
+    """A graph of many nodes in a circle, each joined to the next one and some others, with more arguments."""
     k, rng = np.arange(MANY), np.random.default_rng(0)
     others = [(k + 1) % MANY, *(rng.permutation(MANY) for _ in range(ways - 1))]
     arcs = np.vstack([np.column_stack([k, other]) for other in others])
@@ -179,7 +179,7 @@ LONG: dict[str, tuple[Callable[..., object], Callable[[], tuple[object, ...]]]] 
 
 
 @pytest.mark.parametrize("name", LONG)
-def test_what_is_raised_ends_a_long_call(name: str) -> None:
+def test_an_exception_ends_a_long_call(name: str) -> None:
     asked_at = []
 
     def ring() -> bool:
@@ -196,7 +196,7 @@ def test_what_is_raised_ends_a_long_call(name: str) -> None:
 
 
 @pytest.mark.parametrize("name", ["prove", "first_proven", "cheapest_chain"])
-def test_where_a_stop_is_asked_for_what_is_not_proven_is_undecided(name: str) -> None:
+def test_after_a_stop_unproven_motions_are_undecided(name: str) -> None:
     call, arguments = LONG[name]
     given = arguments()
     with StopRequest() as stop, asking(lambda: bool(stop() or signal.raise_signal(signal.SIGINT))):

@@ -9,7 +9,7 @@ import planner.native
 from planner.base.errors import InstallationError
 
 
-def test_code_that_cannot_be_loaded_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_missing_compiled_code_is_an_error(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "planner.native.compiled", None)
     with pytest.raises(InstallationError, match="install the package again"):
         importlib.reload(planner.native)

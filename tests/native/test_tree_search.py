@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from planner.collision.checker import CollisionChecker
-from planner.kinematics.manipulability import manipulability, tool_and_rows
+from planner.kinematics.manipulability import tool_and_rows
 from planner.problem.request import PlanRequest
 from planner.query.query import make_query
 from tests.worlds import POST_GOAL, POST_START, checker_of, load, make_post
@@ -48,18 +48,6 @@ def test_it_ends_on_a_count(limit: int) -> None:
     path, looked_at = search(make_post(), POST_START, POST_GOAL, limit=limit)
     assert path is None
     assert looked_at == limit
-
-
-def test_manipulability_is_kept_above_the_floor() -> None:
-    query = make_query(PlanRequest.from_options(robot="iiwa14", scene="shelf").what)
-    floor = 0.5 * float(manipulability(query.robot, np.concatenate([query.starts, query.goals])).min())
-    path, _ = search(query.checker, query.starts, query.goals, floor=floor)
-    assert path is not None
-    assert (manipulability(query.robot, path) >= floor).all()
-    without, _ = search(query.checker, query.starts, query.goals)
-    assert without is not None
-    above = 1.01 * float(manipulability(query.robot, without).max())
-    assert search(query.checker, query.starts, query.goals, limit=500, floor=above)[0] is None
 
 
 def test_a_joint_that_wraps_goes_the_shorter_way() -> None:

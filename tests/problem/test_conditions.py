@@ -26,7 +26,7 @@ TEXTS = [
 
 
 @pytest.mark.parametrize("text", TEXTS)
-def test_a_text_stands_for_what_writes_it(text):
+def test_a_text_is_parsed_to_a_constraint_with_that_text(text):
     assert parse_condition(text).text == text
     assert parse_condition(f"  {text} ") == parse_condition(text)
 

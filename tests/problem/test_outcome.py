@@ -1,4 +1,4 @@
-"""How runs end, and records: what is written is the record, key by key."""
+"""Records are written key by key."""
 
 from dataclasses import dataclass
 
@@ -21,7 +21,7 @@ class Outer(Record):
     scale: CostScale
 
 
-def test_a_record_is_what_is_written_key_by_key() -> None:
+def test_a_record_is_written_key_by_key() -> None:
     """Records and other dataclasses in it as plain data; null is written, a default is not."""
     scale = CostScale(0.1, 0.2, 3.0, 1.0, 0.01)
     whole = {"inner": {"at": [1.0, 2.0]}, "scale": vars(scale)}

@@ -54,14 +54,14 @@ def test_every_reason_is_plain_data_under_a_kind_of_its_own() -> None:
     }
 
 
-def test_every_reason_for_no_path_is_a_sentence_that_names_what_is_blamed() -> None:
+def test_every_reason_for_no_path_is_a_sentence_with_its_names() -> None:
     for reason in (each for each in EVERY if isinstance(each, NoPath)):
         assert all(name in reason.sentence for name in reason.names)
     assert EVERY[0].names == {"hand", "shelf"}
     assert Separated(("wall", "door"), NEAR).names == {"wall", "door"}
 
 
-def test_what_is_written_of_a_reason_for_no_path_reads_as_the_same_reason() -> None:
+def test_reading_returns_the_written_reason() -> None:
     annotation = pydantic.TypeAdapter(get_type_hints(PlanRecord, include_extras=True)["reason"])
     for reason in (each for each in EVERY if isinstance(each, NoPath)):
         written = json.loads(json.dumps(reason.to_dict()))

@@ -1,4 +1,4 @@
-"""What a MoveIt request asks for is what is planned: the example's request with one field changed, measured."""
+"""MoveIt requests: the example with one field changed, and the query of the planner, measured."""
 
 import json
 import math
@@ -42,7 +42,7 @@ def asked(folder: Path, request: dict, scene: dict | None = None, **options: Any
 
 
 def placement(robot: Robot, frame: str, q: np.ndarray) -> np.ndarray:
-    """Where Pinocchio's own kinematics puts a frame (4, 4)."""
+    """The placement (4, 4) of a frame by Pinocchio's own kinematics."""
     data = robot.model.createData()
     pin.framesForwardKinematics(robot.model, data, q)
     return data.oMf[robot.model.getFrameId(frame)].homogeneous
@@ -89,7 +89,7 @@ def test_a_goal_in_a_fixed_frame(tmp_path: Path) -> None:
     np.testing.assert_allclose(reached[:3, 0], [0, 1, 0], atol=1e-5)
 
 
-def test_a_request_attaches_what_the_arm_carries(tmp_path: Path) -> None:
+def test_a_request_attaches_an_object_to_the_arm(tmp_path: Path) -> None:
     query = asked(tmp_path, changed(REQUEST, "start_state.attached_collision_objects", ATTACHED))
     (rod,) = query.robot.carried
     assert (rod.name, rod.joint) == ("rod", 7)
@@ -160,7 +160,7 @@ def test_three_tolerances_become_a_cone_an_axis_or_both(constraints: dict, texts
 
 
 @pytest.mark.parametrize("parameterization", [0, 1])
-def test_what_is_kept_lies_inside_the_tolerances(parameterization: int, tmp_path: Path) -> None:
+def test_states_within_the_constraint_lie_inside_the_tolerances(parameterization: int, tmp_path: Path) -> None:
     """SciPy's angles and rotation vectors of thousands of orientations, many of them just inside the cone."""
     robot, rng, inside = Robot.load("panda"), np.random.default_rng(parameterization), 0
     for _ in range(40):

@@ -1,4 +1,4 @@
-"""``--base``: where the robot stands, in place of what the scene file says."""
+"""``--base`` replaces the base of the scene file."""
 
 from pathlib import Path
 

@@ -1,4 +1,4 @@
-"""From a target to configurations: what comes first, what is refused, and in which words."""
+"""From a target to configurations: their order, and refusals."""
 
 import numpy as np
 import pytest
@@ -119,8 +119,8 @@ def test_refused(walled, case):
 
 
 @pytest.mark.parametrize("name", ROBOTS)
-def test_what_looks_like_degrees(name):
-    """Of every robot: configurations in degrees, as long as a joint with limits shows it; none of those in rad."""
+def test_degrees_are_recognised(name):
+    """Configurations in degrees are recognised where a joint with limits shows it, those in rad never."""
     robot = load(name)
     q = random_q(robot, 300)
     degrees = np.where(robot.prismatic, q, np.degrees(q))

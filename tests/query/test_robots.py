@@ -51,7 +51,7 @@ def test_a_file_that_is_touched_is_read_again(arm: Path, name: str) -> None:
 
 
 @pytest.mark.parametrize("in_place", [False, True])
-def test_what_changed_is_seen_even_at_the_same_time_and_length(in_place: bool, arm: Path) -> None:
+def test_a_change_is_seen_even_at_the_same_time_and_length(in_place: bool, arm: Path) -> None:
     known, file = robot(arm), next(arm.glob("*.urdf"))
     text = file.read_text()
     limit = text[text.index('upper="') :].split('"')[1]

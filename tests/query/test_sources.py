@@ -71,7 +71,7 @@ def test_every_file_that_is_read_counts(name: str, request_of_files: SweepReques
     assert sources_hash(request_of_files) != before
 
 
-def test_robots_and_scenes_of_the_package_count_too_and_what_is_not_there_is_told_by_the_plan() -> None:
+def test_files_of_the_package_count_and_missing_files_are_left_to_the_plan() -> None:
     found = {
         sources_hash(SweepRequest.from_options(robot=robot, scene=scene))
         for robot in ("panda", "ur5")

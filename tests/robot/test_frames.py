@@ -57,7 +57,7 @@ def test_an_object_stands_in_its_frame(frame: str, at: np.ndarray, tmp_path: Pat
         ("post/top", "is given in frame 'post/top', which neither"),
     ],
 )
-def test_a_frame_that_nobody_places_is_refused(frame: str, part: str, tmp_path: Path) -> None:
+def test_a_frame_without_a_place_is_refused(frame: str, part: str, tmp_path: Path) -> None:
     scene = scene_in(frame, tmp_path)
     assert part in refusal_of(lambda: make_checker(Robot.load("panda"), scene, "coal"))
 

@@ -47,7 +47,7 @@ def test_no_point_is_quicker_than_the_speed_says(kind: str) -> None:
         assert 0.3 * speed < fastest_phases <= speed * (1 + 1e-9)
 
 
-def test_what_vanishes_within_a_microsecond_is_a_motion() -> None:
+def test_a_jump_within_a_microsecond_is_a_motion() -> None:
     motion = KnownMotion([0.0, 5.0, 5.0 + 2e-6], [pose(), pose(), pose([0, 0, 9])])
     np.testing.assert_allclose(motion.at(np.array([5.0, 6.0]))[:, 2, 3], [0, 9])
     speeds = motion.speeds_at(np.array([1.0, 5.0 + 1e-6, 7.0]), Box((0.1, 0.1, 0.1)))
@@ -65,7 +65,7 @@ obstacles:
 """
 
 
-def test_a_scene_file_says_what_moves(tmp_path: Path) -> None:
+def test_a_scene_file_describes_moving_obstacles(tmp_path: Path) -> None:
     path = tmp_path / "moving.yaml"
     path.write_text(FILE)
     scene = Scene.load(str(path))

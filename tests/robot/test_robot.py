@@ -1,4 +1,4 @@
-"""Robots by name or path: what every member has, how angles wrap, what their identity knows, what is refused."""
+"""Robots by name: facts about every robot, angles that wrap, and their identity."""
 
 from dataclasses import replace
 
@@ -61,7 +61,7 @@ def test_normalise_keeps_the_configuration(q):
 # set-up
 
 
-def test_fixed_joints_move_what_hangs_on_them():
+def test_fixed_joints_move_the_links_on_them():
     narrow = Robot.load("panda", fixed_joints={"panda_finger_joint1": 0.0, "panda_finger_joint2": 0.0})
     assert narrow.identity != load("panda").identity
     shift = [
@@ -115,7 +115,7 @@ def test_half_a_turn_but_for_rounding_keeps_its_way_round(bits):
         np.testing.assert_array_equal(robot.unwound(ends), ends)
 
 
-def test_only_motions_below_half_a_turn_are_told_by_their_ends():
+def test_only_motions_below_half_a_turn_are_given_by_their_ends():
     robot = load("kinova")
     turn = np.where(robot.continuous, np.pi, 4.0)
     assert robot.is_below_half_turn(np.array([0.9 * turn, turn, -turn])).tolist() == [True, False, False]

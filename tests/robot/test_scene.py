@@ -1,4 +1,4 @@
-"""Scene files: what each key means, what is refused and with which words."""
+"""Scene files: the meaning of each key."""
 
 from pathlib import Path
 from typing import Any
@@ -112,7 +112,7 @@ carried:
 """
 
 
-def test_what_is_carried_becomes_a_body_of_the_link_that_holds_it(scene):
+def test_a_carried_object_becomes_a_body_of_the_link_that_holds_it(scene):
     made = scene(CARRIED)
     robot = with_carried(Robot.load("planar_2r"), made.carried)
     (rod,) = robot.carried
@@ -137,7 +137,7 @@ obstacles:
 """
 
 
-def test_dicts_are_what_a_file_says(scene, tmp_path, monkeypatch):
+def test_dicts_are_read_as_a_file_is(scene, tmp_path, monkeypatch):
     (tmp_path / "one.stl").write_text(STL)
     monkeypatch.chdir(tmp_path)
     read, made = scene(YAML), Scene(obstacles=DICTS)
@@ -151,7 +151,7 @@ def test_dicts_are_what_a_file_says(scene, tmp_path, monkeypatch):
 
 
 @pytest.mark.parametrize("process", [True, False])
-def test_a_trimesh_is_what_its_file_is(process, scene, tmp_path):
+def test_a_trimesh_is_the_mesh_of_its_file(process, scene, tmp_path):
     """Whether trimesh has joined the vertices or not."""
     ring, place = trimesh.creation.annulus(0.1, 0.2, 0.3), pin.SE3.Random()
     ring.export(tmp_path / "ring.stl")

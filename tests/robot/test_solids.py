@@ -1,4 +1,4 @@
-"""Closed meshes as solids: what is closed, and what lies inside."""
+"""Closed meshes as solids."""
 
 import numpy as np
 import pytest
@@ -35,7 +35,7 @@ def inside(mesh: Mesh, *points: tuple[float, float, float]) -> list[bool]:
 
 
 @pytest.mark.parametrize("made", [box(1.0), box(1.0, inward=True), soup(box(1.0))], ids=["out", "in", "soup"])
-def test_a_box_is_what_its_sides_say(made: Mesh) -> None:
+def test_a_box_holds_the_points_between_its_sides(made: Mesh) -> None:
     points = np.random.default_rng(0).uniform(-0.8, 0.8, (2000, 3))
     solid = solid_of(made)
     assert is_watertight(made)
@@ -44,7 +44,7 @@ def test_a_box_is_what_its_sides_say(made: Mesh) -> None:
 
 
 @pytest.mark.parametrize("seed", range(5))
-def test_a_bumpy_ball_is_what_its_rays_say(seed: int) -> None:
+def test_a_bumpy_ball_holds_the_points_below_its_surface(seed: int) -> None:
     rng = np.random.default_rng(seed)
     made = blob(rng, 1.0)
     solid = solid_of(made)
@@ -61,7 +61,7 @@ def test_a_hollow_body_is_hollow() -> None:
     assert inside(room, (0, 0, 0), (1.2, 0, 0), (2, 0, 0)) == [False, True, False]
 
 
-def test_of_a_mesh_in_pieces_the_closed_ones_count() -> None:
+def test_only_closed_pieces_of_a_mesh_are_solid() -> None:
     plate = Mesh(np.array([[5.0, 0, 0], [6, 0, 0], [5, 1, 0]]), np.array([[0, 1, 2]]))
     partly = together(box(1.0), plate)
     assert not is_watertight(partly)
@@ -71,7 +71,7 @@ def test_of_a_mesh_in_pieces_the_closed_ones_count() -> None:
 
 @given(st.integers(0, 2**32), st.sampled_from(KINDS))
 @QUICK
-def test_a_shape_that_lies_in_a_solid_is_asked_about(seed: int, kind: str) -> None:
+def test_a_shape_in_a_solid_is_checked(seed: int, kind: str) -> None:
     rng, outer = np.random.default_rng(seed), solid_of(box(1.0))
     shape = random_shape(rng, kind)
     inside = np.abs(moved(points_in(shape, rng), random_pose(rng, 0.2))).max() < 0.5

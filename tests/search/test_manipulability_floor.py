@@ -86,7 +86,7 @@ def ways(roadmap: Roadmap) -> list[tuple[int, ...]]:
 
 
 @pytest.mark.parametrize("seed", range(25))
-def test_the_best_way_above_a_floor_is_what_brute_force_finds(seed: int) -> None:
+def test_the_best_path_above_a_floor_is_that_of_brute_force(seed: int) -> None:
     roadmap, floor = invented(seed), 0.5
     network = build_network(roadmap, Objective(cost_integration="nodes"))
     layered = layered_network(roadmap, network, floor)

@@ -1,4 +1,4 @@
-"""The one search: its path is Dijkstra's on what is left, whatever fails on the way and however the field begins."""
+"""The search: its path is Dijkstra's on the remaining arcs, for any failing edges and any start of the field."""
 
 import itertools
 
@@ -84,7 +84,7 @@ def test_only_the_edges_that_fail_go_from_roadmap_and_network(monkeypatch: pytes
     np.testing.assert_allclose(found.field.x, fresh, rtol=1e-9)
 
 
-def test_what_has_passed_a_second_look_is_not_looked_at_again(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_an_edge_that_passed_a_second_look_is_not_checked_again(monkeypatch: pytest.MonkeyPatch) -> None:
     seen: set[bytes] = set()
     steps = search(post_paths(seen=seen), gabf.SingularityFree()).steps
     assert len(seen) == len(steps) - 1

@@ -1,4 +1,4 @@
-"""What is drawn stands where the kinematics puts it."""
+"""Drawn objects stand where the kinematics puts them."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ def is_red(command: dict) -> bool:
     return colour >> 16 > 200 and colour & 0xFF < 60
 
 
-def test_what_moves_is_drawn_where_it_begins_with_its_way() -> None:
+def test_a_moving_obstacle_is_drawn_at_its_start_with_its_path() -> None:
     motion = KnownMotion([0, 2, 3], [pose([1, 0, 0]), pose([1, 1, 0], [0, 0, 3.0]), pose([1, 1, 0])])
     canvas, moving = Canvas(), (MovingObstacle("cart", Box((0.1, 0.2, 0.3)), motion),)
     scene = replace(make_post().world.scene, moving=moving)
@@ -77,7 +77,7 @@ def test_a_roadmap_is_drawn_at_its_tool_positions() -> None:
     assert "roadmap/edges" not in paths(canvas, "set_object")
 
 
-def test_of_a_large_roadmap_some_edges_are_drawn_with_their_ends_and_true_components(monkeypatch) -> None:
+def test_a_large_roadmap_is_drawn_with_some_edges_their_ends_and_true_components(monkeypatch) -> None:
     monkeypatch.setattr(drawing, "MOST_EDGES", 5)
     canvas, roadmap = Canvas(), post_roadmap()
     nodes, edges = select_drawn(roadmap)

@@ -1,4 +1,4 @@
-"""What a page is made of, without a browser: motion, worst points, ellipsoids, alternatives; notebook cells."""
+"""The content of a page, without a browser: paths, files and notebook cells."""
 
 from __future__ import annotations
 

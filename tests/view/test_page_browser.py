@@ -1,4 +1,4 @@
-"""The page in a real browser: ready, offline, and everything on it does what it says."""
+"""The page in a real browser: ready, offline, and its controls work."""
 
 from __future__ import annotations
 
@@ -13,7 +13,6 @@ import pytest
 from planner.collision import make_checker
 from planner.planning.plan import plan
 from planner.planning.result import Plan
-from planner.problem.outcome import Outcome
 from planner.problem.request import PlanRequest, TimingRequest
 from planner.robot.moving import KnownMotion, MovingObstacle
 from planner.robot.poses import pose
@@ -90,7 +89,7 @@ def differ(first: np.ndarray, second: np.ndarray) -> np.ndarray:
 
 
 def tool_in_page(tab: Tab) -> np.ndarray:
-    """Where the page's robot has its tool: the last frame's matrix as it is drawn."""
+    """The tool position of the page's robot: the last frame's matrix as it is drawn."""
     joint, offset = tab.run("[data.chain.tool.parent, data.chain.tool.offset]")
     place = f"new THREE.Vector3(...{offset}).applyMatrix4((g => (g.updateMatrix(), g.matrix))(group('robot/{joint}')))"
     return np.array(tab.run(f"{place}.toArray()"))
@@ -99,7 +98,7 @@ def tool_in_page(tab: Tab) -> np.ndarray:
 # the page as it opens
 
 
-def test_the_page_is_ready_and_says_what_it_shows(tab: Tab, made: Plan) -> None:
+def test_the_page_is_ready_and_names_its_content(tab: Tab, made: Plan) -> None:
     words = tab.run("document.body.innerText")
     for expected in ("iiwa14 in paper", "A collision-free path was found.", "manipulability w", "β 0.5"):
         assert expected in words
@@ -210,26 +209,7 @@ def test_on_a_phone_the_robot_is_seen_and_the_panel_unfolds(phone: Tab) -> None:
 # other pages
 
 
-def test_pages_without_a_path(window: Tab, tradeoff: Tradeoff, tmp_path: Path) -> None:
-    found = plan(request=ARM.with_options(nodes=30), timing=None)
-    found = replace(found, path=np.zeros((0, 2)), path_nodes=found.path_nodes[:0], cost=None)
-    partial = replace(tradeoff, intervals=tradeoff.intervals[:2], complete=False, outcome=Outcome.INTERRUPTED)
-    for html, paths, field, words in (
-        (replace(found, outcome=Outcome.NO_PATH).page(), 1, True, "were not connected"),
-        (replace(found, outcome=Outcome.INTERRUPTED, cost_to_go=None).page(), 1, False, "Interrupted"),
-        (replace(tradeoff, intervals=(), outcome=Outcome.NO_PATH).page(), 1, False, "were not connected"),
-        (partial.page(), 2, True, "Interrupted"),
-    ):
-        (tmp_path / "page.html").write_text(html)
-        assert window.open(tmp_path / "page.html"), window.console
-        assert window.console == []
-        assert words in text(window, "message")
-        assert window.run("data.paths.length") == paths
-        assert window.run("element('player').hidden && element('tradeoff').hidden") is (paths == 1)
-        assert window.run("element('colour').querySelector('[value=cost]') !== null") is field
-
-
-def test_what_moves_is_where_it_is_at_the_time_shown(window: Tab, tmp_path: Path) -> None:
+def test_a_moving_obstacle_is_shown_at_the_time_of_the_player(window: Tab, tmp_path: Path) -> None:
     way = [pose([1.2, 0.9, 0]), pose([0.5, 1.2, 0], [0.4, 0, 2.5]), pose([-1.5, 1.5, 0], [0, 0, -2.9])]
     cart = MovingObstacle("cart", Cylinder(0.1, 0.3), KnownMotion([0, 0.6, 30], way))
     found = plan(request=ARM.with_options(scene=Scene("cart", moving=(cart,))), timing=TimingRequest())
@@ -255,7 +235,7 @@ def test_what_moves_is_where_it_is_at_the_time_shown(window: Tab, tmp_path: Path
 
 
 def test_a_damaged_page_fails(window: Tab, plan_file: Path, tmp_path: Path) -> None:
-    """The negative control: what the tests above rely on does notice."""
+    """The negative control: the checks of the tests above notice damage."""
     whole, damaged = plan_file.read_text(), tmp_path / "damaged.html"
     at = whole.index('id="scene">') + 5000
     for broken in (whole[:at] + whole[at + 4000 :], whole.replace('id="scrub"', 'id="srub"')):

@@ -1,4 +1,4 @@
-"""Any change of a file gives what it describes, or one sentence: scenes, robot files, URDF, SRDF and MJCF."""
+"""Any change of a file gives a robot or scene, or one sentence: scenes, robot files, URDF, SRDF and MJCF."""
 
 import contextlib
 import copy

@@ -17,24 +17,6 @@ TETRAHEDRON = """<COLLADA xmlns="http://www.collada.org/2005/11/COLLADASchema" v
 <scene><instance_visual_scene url="#s"/></scene></COLLADA>"""
 
 
-def test_nodes_place_geometry_and_materials_do_not_matter() -> None:
-    """Of parts with materials of their own, an earlier reader took the corners of one for those of another."""
-    half = '<triangles material="{}" count="2"><input semantic="VERTEX" source="#v" offset="0"/><p>{}</p></triangles>'
-    whole = TETRAHEDRON[TETRAHEDRON.index("<triangles") : TETRAHEDRON.index("</mesh>")]
-    text = TETRAHEDRON.replace(whole, half.format("a", "0 2 1 0 1 3") + half.format("b", "0 3 2 1 2 3"))
-    moves = "<matrix>1 0 0 5 0 0 -1 0 0 1 0 0 0 0 0 1</matrix><scale>2 2 2</scale>"
-    bound = '<technique_common><instance_material symbol="a" target="#gone"/></technique_common>'
-    placed = f'{moves}<instance_geometry url="#g"><bind_material>{bound}</bind_material></instance_geometry>'
-    shared = f'<library_nodes><node id="m">{placed}</node></library_nodes>'
-    text = text.replace("<library_visual", f"{shared}<library_visual", 1)
-    text = text.replace('<instance_geometry url="#g"/></node></visual', '<instance_node url="#m"/></node></visual')
-    assert "instance_node" in text
-    found = read(text, "dae")
-    expected = {(5.0, 0.0, 0.0), (7.0, 0.0, 0.0), (5.0, 0.0, 4.0), (5.0, -6.0, 0.0)}
-    assert {tuple(row) for row in found.vertices.tolist()} == expected
-    assert volume(found) == pytest.approx(8.0)
-
-
 @pytest.mark.parametrize(
     ("old", "new"),
     [

@@ -149,7 +149,7 @@ def body_of(mesh: Mesh) -> Body:
 
 @QUICK
 @given(st.integers(1, 12), st.integers(0, 2**32))
-def test_the_pieces_of_a_mesh_are_its_surface_and_hold_what_it_holds(count: int, seed: int) -> None:
+def test_the_pieces_of_a_mesh_have_its_surface_and_its_inside(count: int, seed: int) -> None:
     """Blobs far apart, one of them hollow; which points are inside is known of each blob by itself."""
     rng = np.random.default_rng(seed)
     blobs = [blob(rng, float(rng.uniform(0.1, 0.9))) for _ in range(count)]

@@ -22,7 +22,7 @@ def follows(leader: str = "bend") -> str:
     return CHAIN + joint.replace("</joint>", f'<mimic joint="{leader}"/></joint>') + TCP
 
 
-def test_a_mimic_joint_moves_tools_and_what_is_held(urdf_file: Callable[..., str]) -> None:
+def test_a_mimic_joint_moves_tools_and_held_objects(urdf_file: Callable[..., str]) -> None:
     """Nothing that collides hangs on it: it was held where it is 0."""
     path, planned = urdf_file(follows()), JointChoice(joints=("turn", "bend"))
     q = np.array([[0.3, 0.4]])

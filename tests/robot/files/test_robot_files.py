@@ -1,4 +1,4 @@
-"""A robot's files: which joints are planned, what holds the others, and robots of robot_descriptions."""
+"""A robot's files: planned joints, the tool, and robots of robot_descriptions."""
 
 import sys
 from collections.abc import Callable

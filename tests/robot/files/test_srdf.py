@@ -1,4 +1,4 @@
-"""SRDF files: groups become joints, states become values, and what is wrong is named."""
+"""SRDF files: groups become joints, states become values."""
 
 from pathlib import Path
 
@@ -110,15 +110,6 @@ def test_collisions_that_are_off_by_default(arm: Path) -> None:
     assert robot.notes[0].grave
     assert robot.notes[0].text.endswith("checked against obstacles only: fore.")
     assert load(arm).identity != Robot.load(str(arm / "arm.urdf")).identity
-
-
-def test_a_passive_joint_inside_a_group_is_read_and_not_planned(arm: Path) -> None:
-    """So do the SRDFs of Franka's arms and MoveIt's own panda.srdf."""
-    more = '<passive_joint name="lift"/><joint name="elbow"/></group>'
-    (arm / "arm.srdf").write_text(SRDF.replace('<joint name="elbow"/><joint name="lift"/>', more.partition("<j")[0]))
-    assert load(arm).joints == ("shoulder", "elbow")
-    (arm / "arm.srdf").write_text(SRDF.replace('<joint name="weld"/></group>', more, 1))
-    assert load(arm, group="by_joints").joints == ("elbow",)
 
 
 # robot.yaml by path

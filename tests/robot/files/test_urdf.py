@@ -1,4 +1,4 @@
-"""iiwa14's URDF against KUKA's data, and what reading a URDF does, refuses and says."""
+"""URDF files: iiwa14 against KUKA's data, limits, and refusals."""
 
 import numpy as np
 import pinocchio as pin
@@ -61,7 +61,7 @@ REFUSED = {
 
 @pytest.mark.parametrize("inside", REFUSED.values(), ids=REFUSED)
 def test_refused(urdf_file, inside, capfd):
-    """In one sentence: what the libraries print does not reach standard error."""
+    """In one sentence: output of the libraries does not reach standard error."""
     path = urdf_file(inside)
     assert refusal_of(lambda: Robot.load(path))
     assert capfd.readouterr() == ("", "")

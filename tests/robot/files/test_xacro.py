@@ -1,4 +1,4 @@
-"""Xacro files as robots; what is there without the package that expands them."""
+"""Xacro files as robots."""
 
 import os
 import subprocess

@@ -96,24 +96,6 @@ def test_a_change_that_cannot_be_is_refused(page: LivePage, name: str, position:
     assert_free_by_the_other_checker(page)
 
 
-def test_without_a_path_the_reason_is_shown_and_no_path(page: LivePage) -> None:
-    def path() -> Any:
-        return page.server.scene.get_handle_by_name("/path")
-
-    post = page._picture.obstacles["post"]
-    colour = post.color
-    assert path().visible
-    put(page, "post", 0.3, 0.0, 0.0)  # in the way of the first link, which cannot turn around the back
-    assert not page.answers[-1].plan.solved
-    assert not path().visible
-    assert page.outcome.value.startswith(page.answers[-1].plan.message)
-    assert "post" in page.outcome.value
-    assert post.color != colour
-    page.undo()
-    assert path().visible
-    assert post.color == colour
-
-
 def test_a_saved_scene_is_planned_to_the_same_ends(page: LivePage, tmp_path: Path) -> None:
     put(page, "drum", -0.5, 0.8, 0.1)
     put(page, GOAL, 0.3, 0.6, 0.0)

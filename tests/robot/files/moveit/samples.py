@@ -25,7 +25,7 @@ REQUEST = yaml.safe_load((EXAMPLES / "request0001.yaml").read_text())
 
 
 def changed(message: dict, place: str, value: object) -> dict:
-    """The message with another value at a place such as "goal_constraints.0.name"; what lies above it is made."""
+    """The message with another value at a path such as "goal_constraints.0.name"; missing parents are created."""
     found = copy.deepcopy(message)
     *above, last = place.split(".")
     here: Any = found

@@ -1,4 +1,4 @@
-"""PlanningScene messages and scene texts: which shapes stand where, what may touch, what is carried."""
+"""PlanningScene messages and scene texts: shapes, placements, permissions and attached objects."""
 
 from pathlib import Path
 
@@ -49,7 +49,7 @@ def _matrix(*names: str, allowed: bool = False) -> dict:
 TWO = {**BOX, "id": "pair", **{key: 2 * BOX[key] for key in ("primitives", "primitive_poses")}}
 
 
-def test_a_permission_for_what_is_attached_is_for_all_its_shapes(tmp_path: Path) -> None:
+def test_a_permission_for_an_attached_object_is_for_all_its_shapes(tmp_path: Path) -> None:
     held = {"attached_collision_objects": [{"link_name": "panda_hand", "object": TWO}]}
     said = _written(tmp_path, robot_state=held, allowed_collision_matrix=_matrix("pair", "crate", allowed=True))
     robot = with_carried(load("panda"), said.carried)
