@@ -90,7 +90,7 @@ def test_a_plan_that_kills_its_process_is_a_row_and_is_planned_again(
     source: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(
-        module, "measured_cases", lambda tasks, work, *more: ((k, None) for k in range(len(tasks)) if k == 1)
+        module, "measure_cases", lambda tasks, work, *more: ((k, None) for k in range(len(tasks)) if k == 1)
     )
     found = run_batch(source, tmp_path / "out", PLAIN)
     assert [row["outcome"] for row in found.rows] == [CRASHED]
