@@ -1,1 +1,1 @@
-"""What we claim, measured: ``python -m benchmarks NAME``. Beside the package, not in it; uses its public rooms."""
+"""Measurements of our claims: ``python -m benchmarks NAME``. The package does not contain them."""

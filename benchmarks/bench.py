@@ -1,4 +1,4 @@
-"""The frame of every benchmark: rows measured where they are missing, one report beside them, and an exit code."""
+"""The frame of every benchmark: measure the missing rows, write one report, return an exit code."""
 
 from __future__ import annotations
 
@@ -6,28 +6,29 @@ import importlib
 import json
 import sys
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass, fields, replace
-from functools import partial
+from dataclasses import dataclass
+from functools import cache, partial
 from pathlib import Path
-from typing import Annotated, Any, Generic, TypeVar
+from typing import Annotated, Any
 
 import numpy as np
 import tyro
 
 from benchmarks.processes import run_case
-from benchmarks.results import ResultsFile, measure_missing
+from benchmarks.results import ResultsFile, Row
 from benchmarks.text import markdown_table, percentile
 from planner.base import resources
 from planner.base.errors import OptionError
 from planner.base.files import make_folder, write_whole
 from planner.base.progress import Progress
+from planner.batch.parallel import measure_cases
 from planner.batch.run import CRASHED, TIMED_OUT
 from planner.cli.common import Debug, Out
 from planner.cli.terminal import run_into, say
 from planner.problem.request import SERIAL, LimitsRequest, PlanRequest, WorkersRequest
 from reproduce.verdict import Verdict, tally
 
-__all__ = ["SERIAL", "Debug", "Flat", "Folder", "Out", "Verdict", "Workers", "WorkersRequest", "tally"]
+__all__ = ["SERIAL", "Debug", "Flat", "Folder", "Out", "Row", "Verdict", "Workers", "WorkersRequest", "tally"]
 
 Workers = WorkersRequest
 
@@ -40,60 +41,42 @@ Read = str | Callable[[Any], Any]  # a column of a row, or a value that is compu
 Pick = Callable[[Sequence[Any]], Any]  # from rows to one cell of a table
 
 _HERE = Path(__file__).resolve().parent
-FOUND = 4  # exit code of a benchmark that found a false claim
+FALSE_CLAIM = 4  # exit code of a benchmark that finds a false claim
 
 
 @dataclass(frozen=True)
-class Row:
-    """One line of a table: fields up to ``software`` say what was asked; of the others None is where nothing was found.
+class Case:
+    """``rows`` of settings, and the ``task`` whose measurement gives the other columns of all of them."""
 
-    Fields are texts, numbers and truth values, or None.
-    """
-
-    @property
-    def key(self) -> tuple[Any, ...]:
-        """What was asked."""
-        names = [field.name for field in fields(self)]
-        return tuple(getattr(self, name) for name in names[: names.index("software") + 1])  # fmt: skip
-
-
-R = TypeVar("R", bound=Row)
-
-
-@dataclass(frozen=True)
-class Case(Generic[R]):
-    """``rows`` to fill, with what was asked in them, and the ``task`` whose measurement fills them all."""
-
-    rows: tuple[R, ...]
+    rows: Sequence[Row]
     task: Any
 
 
 @dataclass(frozen=True)
-class Bench(Generic[R]):
-    """A benchmark: the kind of its rows, and its report.
+class Bench:
+    """A benchmark and its report.
 
-    ``tables`` are the report's lines about the rows; ``aims`` are what is meant to hold; ``fault`` is what one row has
-    to report, empty where all is well; ``method`` is the docstring of the benchmark. With a ``place``
-    of rows the report is also about rows of other places that the folder held already. With ``must_hold`` the exit code
-    is 4 where an aim is not met.
+    ``tables`` gives the report's lines about the rows; ``aims`` gives the verdicts; ``fault`` gives the fault of one
+    row, an empty text where there is none; ``method`` is the docstring of the benchmark. With a ``group`` of rows the
+    report also covers rows of other groups that the folder held already. With ``must_hold`` the exit code is 4 where
+    an aim is missed.
     """
 
     name: str
-    row: type[R]
     method: str | None
-    tables: Callable[[Sequence[R]], list[str]]
-    aims: Callable[[Sequence[R]], Sequence[Verdict]] = lambda rows: ()
-    fault: Callable[[R], str] = lambda row: ""
-    place: Callable[[R], Any] | None = None
+    tables: Callable[[Sequence[Row]], list[str]]
+    aims: Callable[[Sequence[Row]], Sequence[Verdict]] = lambda rows: ()
+    fault: Callable[[Row], str] = lambda row: ""
+    group: Callable[[Row], Any] | None = None
     must_hold: bool = False
 
-    def report(self, rows: Sequence[R], complete: bool = True) -> str:
-        """The report as Markdown."""
+    def report(self, rows: Sequence[Row], complete: bool = True) -> str:
+        """Return the report as Markdown."""
         lines = [f"# python -m benchmarks {self.name}", "", *self.tables(rows), ""]
         lines += aim_lines(self.aims(rows))
         lines += ["", *(f"- {text}" for row in rows if (text := self.fault(row))), ""]
-        lines += [] if complete else ["Interrupted: what was not measured is missing above.", ""]
-        lines += [*(f"Software: {text}." for text in dict.fromkeys(row.software for row in rows)), ""]  # type: ignore[attr-defined]
+        lines += [] if complete else ["Interrupted: the tables lack the cases that were not measured.", ""]
+        lines += [*(f"Software: {text}." for text in dict.fromkeys(row.software for row in rows)), ""]
         text = "\n".join([*lines, (self.method or "").strip()]) + "\n"
         while "\n\n\n" in text:
             text = text.replace("\n\n\n", "\n\n")
@@ -101,61 +84,76 @@ class Bench(Generic[R]):
 
 
 def run_bench(
-    bench: Bench[R],
+    bench: Bench,
     out: Path,
-    cases: Sequence[Case[R]],
+    cases: Sequence[Case],
     measure: Callable[[Any, Progress], Columns | Sequence[Columns] | None],
     workers: WorkersRequest = SERIAL,
 ) -> int:
-    """Measure the cases that ``<name>.csv`` in ``out`` does not hold, write ``<name>.md``; returns the exit code.
+    """Measure the cases that ``<name>.csv`` in ``out`` lacks, write ``<name>.md``, and return the exit code.
 
     ``measure(task, progress)`` gives the columns of the case's rows, None where it was stopped. Raises
-    :class:`OptionError` where there are no cases, :class:`FileError` where the folder or the table cannot be used.
+    :class:`OptionError` where there are no cases, :class:`FileError` for an unusable folder or table.
     """
     if not cases:
         raise OptionError(
             f"{bench.name} has nothing to measure: give at least one value to each option that takes several."
         )
 
-    def run(progress: Progress) -> tuple[list[R], bool, str]:
+    def run(progress: Progress) -> tuple[list[Row], bool, str]:
         make_folder(out)
-        ledger = ResultsFile(
-            out / f"{bench.name}.csv", bench.row, f"python -m benchmarks {bench.name}", lambda row: row.key
-        )
-        rows, complete = measure_missing(
-            ledger, cases, partial(_kept, ledger), partial(_filled, measure), "cases", progress, workers
-        )
-        report = bench.report([*rows, *_beside(bench, ledger.rows, rows)], complete)
+        ledger = ResultsFile(out / f"{bench.name}.csv", f"python -m benchmarks {bench.name}")
+        rows, complete = _measure_missing(ledger, cases, partial(_fill, measure), progress, workers)
+        report = bench.report([*rows, *_rows_of_other_groups(bench, ledger.rows, rows)], complete)
         write_whole(out / f"{bench.name}.md", report.encode())
         return rows, complete, report
 
     rows, complete, report = run_into(out, run)
     say(report)
     if bench.must_hold and any(aim.confirmed < aim.of for aim in bench.aims(rows)):
-        return FOUND
+        return FALSE_CLAIM
     return 0 if complete else 130
 
 
-def _beside(bench: Bench[R], held: Sequence[R], asked: Sequence[R]) -> list[R]:
-    """The rows of this software in other places than those asked for."""
-    if bench.place is None:
+def _measure_missing(
+    ledger: ResultsFile,
+    cases: Sequence[Case],
+    measure: Callable[[Case, Progress], list[Row] | None],
+    progress: Progress,
+    workers: WorkersRequest,
+) -> tuple[list[Row], bool]:
+    """Return the rows of every case, from the table or measured now, and whether all cases are measured."""
+    rows = [[row for settings in case.rows for row in ledger.find(settings)] for case in cases]
+    missing = [k for k, case in enumerate(cases) if len(rows[k]) < len(case.rows)]
+    done = len(cases) - len(missing)
+    progress("cases", done, len(cases))
+    for k, measured in measure_cases([cases[k] for k in missing], measure, workers, progress):
+        if measured is None:
+            if workers.serial:
+                break  # stopped; of several at once some may have ended before
+            continue
+        rows[missing[k]] = measured
+        ledger.add(cases[missing[k]].rows, measured)
+        done += 1
+        progress("cases", done, len(cases))
+    return [row for several in rows for row in several], done == len(cases)
+
+
+def _rows_of_other_groups(bench: Bench, held: Sequence[Row], measured: Sequence[Row]) -> list[Row]:
+    """Return the rows of this software in groups without a measured row."""
+    if bench.group is None:
         return []
-    here, places = software(), {bench.place(row) for row in asked}
-    return [row for row in held if row.software == here and bench.place(row) not in places]  # type: ignore[attr-defined]
+    here, groups = software(), {bench.group(row) for row in measured}
+    return [row for row in held if row.software == here and bench.group(row) not in groups]
 
 
-def _kept(ledger: ResultsFile[R], case: Case[R]) -> list[R]:
-    """The rows of a case that the table holds, none where one is missing."""
-    found = [ledger.find(row.key) for row in case.rows]
-    return [row for rows in found for row in rows] if all(found) else []
-
-
-def _filled(measure: Callable[[Any, Progress], Any], case: Case[R], progress: Progress) -> list[R] | None:
+def _fill(measure: Callable[[Any, Progress], Any], case: Case, progress: Progress) -> list[Row] | None:
+    """Return the rows of a case with their measured columns; None where the measurement was stopped."""
     columns = measure(case.task, progress)
     if columns is None or progress.stopped:
         return None
     several = [columns] * len(case.rows) if isinstance(columns, dict) else columns
-    return [replace(row, **each) for row, each in zip(case.rows, several, strict=True)]
+    return [Row({**row, **each}) for row, each in zip(case.rows, several, strict=True)]
 
 
 def measure_apart(
@@ -195,6 +193,11 @@ def require_left_to_problems(plain: PlanRequest, *more: str) -> None:
 def plain_limits(limits: LimitsRequest) -> Columns:
     """The limits of a motion as JSON holds them."""
     return {name: value and str(value) if name == "limits" else value for name, value in vars(limits).items()}
+
+
+def make_settings(names: str, *values: Any) -> Row:
+    """Return a row that holds settings by their ``names``, and the software that measures it."""
+    return Row(zip(names.split(), values, strict=True), software=software())
 
 
 def aim_lines(aims: Iterable[Verdict]) -> list[str]:
@@ -265,6 +268,7 @@ def growth_exponent(points: Iterable[tuple[float, float | None]]) -> float | Non
     return float(np.polyfit(size, seconds, 1)[0]) if len(np.unique(size)) > 1 else None
 
 
+@cache
 def software() -> str:
     """Which software measured a row: versions, the source of the planner and of the benchmarks, the kind of machine."""
     return resources.software(_HERE)

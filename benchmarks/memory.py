@@ -12,19 +12,14 @@ def peak_memory() -> float:
 
     Linux's VmHWM, since ru_maxrss counts what the parent held before this program was loaded into the process.
     """
-    told = _told_by_linux("VmHWM:")
-    if told is not None:
-        return told
+    status = _read_status("VmHWM:")
+    if status is not None:
+        return status
     per_unit = 2**20 if sys.platform == "darwin" else 2**10
     return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / per_unit
 
 
-def held_memory() -> float | None:
-    """The memory (MiB) this process holds now; None where the system does not tell."""
-    return _told_by_linux("VmRSS:")
-
-
-def _told_by_linux(name: str) -> float | None:
+def _read_status(name: str) -> float | None:
     """A line of /proc/self/status, MiB; None where there is none."""
     status = Path("/proc/self/status")
     lines = status.read_text().splitlines() if status.exists() else []

@@ -1,4 +1,4 @@
-"""Two shapes beside each other: random ones, as awkward as they come, and small changes of them."""
+"""Pairs of shapes near each other: random and awkward ones, and small changes of them."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ def random_case(kinds: tuple[str, str], aim: str, rng: np.random.Generator) -> C
     a, b = (random_shape(kind, rng) for kind in rng.permutation(kinds))
     place = _placement(random_turn(rng), rng.normal(size=3))
     turn = place[:3, :3] if rng.random() < 0.2 else random_turn(rng)
-    case = Case(a, b, place, beside(a, place, b, turn, rng), bool(rng.random() < 0.3), aim)
+    case = Case(a, b, place, place_near(a, place, b, turn, rng), bool(rng.random() < 0.3), aim)
     if rng.random() < 0.1:
         shift = 10.0 ** rng.uniform(*_FAR) * rng.normal(size=3)
         places = (_placement(p[:3, :3], p[:3, 3] + shift) for p in (case.place_first, case.place_second))
@@ -61,23 +61,23 @@ def random_case(kinds: tuple[str, str], aim: str, rng: np.random.Generator) -> C
     return case
 
 
-def changed(case: Case, size: float, rng: np.random.Generator) -> Case:
-    """The case with one thing changed: a shape, a turn, a shift, or how far the two are apart."""
+def change_case(case: Case, size: float, rng: np.random.Generator) -> Case:
+    """Return the case with one change: of a shape, a turn, a shift, or the distance of the two."""
     place = case.place_second
     match rng.integers(5):
         case 0:
-            return replace(case, first=changed_shape(case.first, size, rng))
+            return replace(case, first=change_shape(case.first, size, rng))
         case 1:
-            return replace(case, second=changed_shape(case.second, size, rng))
+            return replace(case, second=change_shape(case.second, size, rng))
         case 2:
             turn = small_turn(size, rng) @ place[:3, :3] if rng.random() < 0.7 else case.place_first[:3, :3]
             return replace(case, place_second=_placement(turn, place[:3, 3]))
         case 3:
             return replace(case, place_second=_placement(place[:3, :3], place[:3, 3] + size * rng.normal(size=3)))
-    return replace(case, place_second=beside(case.first, case.place_first, case.second, place[:3, :3], rng))
+    return replace(case, place_second=place_near(case.first, case.place_first, case.second, place[:3, :3], rng))
 
 
-def beside(first: Shape, place: Floats, second: Shape, turn: Floats, rng: np.random.Generator) -> Floats:
+def place_near(first: Shape, place: Floats, second: Shape, turn: Floats, rng: np.random.Generator) -> Floats:
     """A placement (4, 4) of the second, turned (3, 3) so, near the first.
 
     In most cases on the far side of a plane that touches the first, a gap away from it; the plane lies along a face or
@@ -161,7 +161,7 @@ def _random_mesh(a: float, b: float, c: float, rng: np.random.Generator) -> Mesh
     return Mesh(corners, np.array([t for k in range(5) for t in ([k, k + 1, k + 6], [k + 1, k + 7, k + 6])]))
 
 
-def changed_shape(shape: Shape, size: float, rng: np.random.Generator) -> Shape:
+def change_shape(shape: Shape, size: float, rng: np.random.Generator) -> Shape:
     """Other lengths; of a mesh other corners, now and then rounded so that sides come to lie parallel."""
     grown = np.exp(size * rng.normal(size=3) * (rng.random(3) < 0.6)).tolist()
     match shape:

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.attack.cases import Case, changed, random_case
+from benchmarks.attack.cases import Case, change_case, random_case
 from benchmarks.attack.climb import SLOTS, climb
 from benchmarks.attack.true_distance import Gap, true_distance
 from planner.base.arrays import Floats, Ints
@@ -45,7 +45,7 @@ class Worst:
     found: dict[str, dict[str, Any]] = field(default_factory=dict)
 
     def note(self, case: Case, gap: Gap, said: dict[str, float], allowed: dict[str, float]) -> float:
-        """Remember what was said of one case; its score is the claim minus truth (m) of the call that it aims at."""
+        """Record the claims of one case, and return the claim minus truth (m) of its target call."""
         self.tried += 1
         self.apart += gap.low > 0.0
         self.open = max(self.open, gap.high - gap.low)
@@ -66,7 +66,7 @@ def attack_claims(
     """The worst of ``tries`` pairs of shapes of two kinds; None where stopped."""
     worst, robot = Worst(), Robot.load("planar_2r")
     begin = lambda rng: random_case(kinds, str(rng.choice(CALLS[:3], p=_AIMS)), rng)  # noqa: E731
-    done = climb(tries, rng, begin, changed, lambda cases: judge(cases, backend, worst, robot, rng), progress)
+    done = climb(tries, rng, begin, change_case, lambda cases: judge(cases, backend, worst, robot, rng), progress)
     return worst if done else None
 
 
@@ -77,7 +77,7 @@ def judge(cases: Sequence[Case], backend: str, worst: Worst, robot: Robot, rng: 
     by_call, scores, drawn = claims(checker, pairs), [], int(rng.integers(SLOTS))
     for k, (case, gap) in enumerate(zip(cases, gaps, strict=True)):
         said = {call: float(values[k]) for call, values in by_call.items()}
-        if k == drawn and (value := _promised(case, gap, backend, robot, rng)) is not None:
+        if k == drawn and (value := _promised_distance(case, gap, backend, robot, rng)) is not None:
             said["verdict"] = value
         allowed = {call: checker.error(value) for call, value in said.items()}
         allowed |= {"coarse": ROUNDING, "close": ROUNDING}
@@ -104,13 +104,13 @@ def world_of(cases: Sequence[Case], backend: str, robot: Robot, margin: float = 
     rotation, position = joint_placements(make_checker(replace(robot, bodies=()), Scene("none")).chain, _Q)
     bodies, obstacles, linked = [], [], []
     for k, case in enumerate(cases):
-        bodies.append(_carried(f"first{k}", 1, case.first, case.place_first, rotation, position))
+        bodies.append(_carry(f"first{k}", 1, case.first, case.place_first, rotation, position))
         if case.linked:
             linked.append(k)
         else:
             obstacles.append(Obstacle(f"second{k}", case.second, case.place_second))
     for k in linked:
-        bodies.append(_carried(f"second{k}", 2, cases[k].second, cases[k].place_second, rotation, position))
+        bodies.append(_carry(f"second{k}", 2, cases[k].second, cases[k].place_second, rotation, position))
     count, free = len(cases), [k for k in range(len(cases)) if k not in linked]
     checked = np.zeros((len(bodies), len(obstacles)), dtype=bool)
     checked[free, np.arange(len(free))] = True
@@ -125,13 +125,13 @@ def world_of(cases: Sequence[Case], backend: str, robot: Robot, margin: float = 
     return type(base)(world), np.array(numbers, dtype=np.int64)
 
 
-def _carried(name: str, joint: int, shape: Any, place: Floats, rotation: Floats, position: Floats) -> Body:
+def _carry(name: str, joint: int, shape: Any, place: Floats, rotation: Floats, position: Floats) -> Body:
     frame = np.eye(4)
     frame[:3, :3], frame[:3, 3] = rotation[joint, 0], position[joint, 0]
     return Body(name, name, joint, shape, np.linalg.inv(frame) @ place)
 
 
-def _promised(case: Case, gap: Gap, backend: str, robot: Robot, rng: np.random.Generator) -> float | None:
+def _promised_distance(case: Case, gap: Gap, backend: str, robot: Robot, rng: np.random.Generator) -> float | None:
     """What distance (m) the verdict on a state promises that should not be free; None where it is not called free.
 
     Shapes that are apart get a margin that is a little wider. Shapes that touch get none, and are left out where they
@@ -141,7 +141,7 @@ def _promised(case: Case, gap: Gap, backend: str, robot: Robot, rng: np.random.G
     if gap.high > 0.0:
         margin = promise = gap.high + depth
     else:
-        smaller = _shrunk(case.first, depth)
+        smaller = _shrink(case.first, depth)
         if smaller is None or true_distance((smaller, case.place_first), (case.second, case.place_second)).high > 0.0:
             return None
         margin, promise = 0.0, depth
@@ -149,7 +149,7 @@ def _promised(case: Case, gap: Gap, backend: str, robot: Robot, rng: np.random.G
     return promise if checker.first_contact(_Q) is None or checker.bound.is_clear(_Q) else None
 
 
-def _shrunk(shape: Shape, depth: float) -> Shape | None:
+def _shrink(shape: Shape, depth: float) -> Shape | None:
     """A shape whose points are all ``depth`` (m) inside a primitive; None for a mesh and where none are."""
     match shape:
         case Box(size) if min(size) > 2.0 * depth:

@@ -12,7 +12,7 @@ from planner.base.progress import Progress
 C = TypeVar("C")
 
 SLOTS = 12  # climbs side by side: what is asked about many cases at once is asked about these
-_PATIENCE = 12  # steps without an improvement after which a climb starts anew
+_PATIENCE = 12  # steps without an improvement after which a climb restarts
 _SCALES = (-5.0, 0.0)  # decimal exponents between which a step's size is drawn: a climb needs small ones and large ones
 
 
@@ -27,7 +27,7 @@ def climb(
     """Search for cases of high ``score``, ``tries`` of them; False where it was stopped.
 
     A climb takes a random case and keeps a random ``step`` from it (of a size, 1 the largest) whenever the score is no
-    lower; after some steps without result it begins anew. ``score`` itself keeps what is worth keeping.
+    lower; after some steps without result it restarts. ``score`` itself stores results.
     """
     best: list[tuple[float, C] | None] = [None] * SLOTS
     failed = np.zeros(SLOTS, dtype=int)

@@ -1,4 +1,4 @@
-"""Our proofs of random straight motions beside HPP's continuous validation, motion by motion."""
+"""Our proofs of random straight motions against HPP's continuous validation."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import numpy as np
 
 from benchmarks.others import solver_runner
 from benchmarks.others.elsewhere import answer_of
-from benchmarks.others.exchange import exchanged
+from benchmarks.others.exchange import describe_problem
 from benchmarks.problems import Problem
 from planner.base.arrays import Bools, Floats
 from planner.base.errors import PlannerError
@@ -47,20 +47,20 @@ def compare_proofs(problem: Problem, plain: PlanRequest, python: str, motions: i
     begin = time.perf_counter()
     ours = EdgeProver(query.checker).free(start, delta)
     seconds = time.perf_counter() - begin
-    beside = partial(_beside, query.checker, start, delta, ours)
+    compare = partial(_compare, query.checker, start, delta, ours)
     return [
-        {**beside(np.array(theirs[method])), "tried": motions, "ours_s": seconds, "theirs_s": theirs[f"{method}_s"]}
+        {**compare(np.array(theirs[method])), "tried": motions, "ours_s": seconds, "theirs_s": theirs[f"{method}_s"]}
         for method in METHODS
     ]
 
 
 def _proven_by_hpp(query: Query, python: str, start: Floats, delta: Floats) -> dict[str, Any]:
     motions = np.stack([start, start + delta], axis=1).tolist()
-    asked = exchanged(query, 0, 0.0) | {"motions": motions}
+    asked = describe_problem(query, 0, 0.0) | {"motions": motions}
     return answer_of("HPP", python, solver_runner.__file__, asked, _WAIT, ["hpp proofs"])
 
 
-def _beside(checker: CollisionChecker, start: Floats, delta: Floats, ours: Bools, theirs: Bools) -> dict[str, Any]:
+def _compare(checker: CollisionChecker, start: Floats, delta: Floats, ours: Bools, theirs: Bools) -> dict[str, Any]:
     """What both prove, and of what one of them does alone, how much touches, as coal sees it at every ``STEP``."""
     found: dict[str, Any] = {"free": int(ours.sum()), "both": int((ours & theirs).sum())}
     for name, alone in (("ours", ours & ~theirs), ("theirs", theirs & ~ours)):

@@ -1,10 +1,24 @@
-"""The rows of ``benchmarks attack``, and the tables of them."""
+"""The rows of ``benchmarks attack``, and the tables of them.
+
+Columns. One attack on one library: ``attack`` is the part of the benchmark, ``first`` and ``second`` its target.
+
+Targets: two kinds of shapes; a robot and a kind of obstacle; a problem (``library``: HPP's method); a robot and a
+scene; a chunk of changes. ``tried``, of which ``free`` are called free, proven or accepted, ``false_free`` wrongly.
+
+Metres of claims: the largest claim minus truth of each call (``distances_m`` to ``verdict_m``; empty where the call
+claimed nothing), of the clearance of a free segment; ``beyond_m``: the largest of them minus what the contract allows;
+``short_m``: the largest truth minus what ``distances`` says; ``open_m``: the widest doubt about a truth. ``apart``:
+cases that do not touch. Edges past thin obstacles: ``touching`` at 0.1 mm by coal, ``left_out``: free there and not
+certified, ``looks``: configurations sampled. Motions compared with HPP: proven by ``both``, ``only_ours``,
+``only_theirs``; of these two so many on which coal sees a contact at 0.1 mm; seconds of the wall clock for all.
+Certificates: seconds of computing, bytes, ``verdict`` is "proven" or the reason why it is not; ``counts`` of changes by
+kind, tried and accepted, as JSON. ``found``: the worst cases, as JSON.
+"""
 
 from __future__ import annotations
 
 import json
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 
 from benchmarks import bench
 from benchmarks.attack.claims import ROUNDING
@@ -12,66 +26,7 @@ from benchmarks.text import markdown_table
 from planner.collision import BACKENDS
 
 
-@dataclass(frozen=True)
-class Row(bench.Row):
-    """One attack on one library: ``attack`` is the part of the benchmark, ``first`` and ``second`` its target.
-
-    Targets: two kinds of shapes; a robot and a kind of obstacle; a problem (``library``: HPP's method); a robot and a
-    scene; a chunk of changes. ``tried``, of which ``free`` are called free, proven or accepted, ``false_free`` wrongly.
-
-    Metres of claims: the largest claim minus truth of each call (``distances_m`` to ``verdict_m``; empty where the call
-    claimed nothing), of the clearance of a free segment; ``beyond_m``: the largest of them minus what the contract
-    allows; ``short_m``: the largest truth minus what ``distances`` says; ``open_m``: the widest doubt about a truth.
-    ``apart``: cases that do not touch. Edges past thin obstacles: ``touching`` at 0.1 mm by coal, ``left_out``: free
-    there and not certified, ``looks``: configurations sampled. Motions beside HPP: proven by ``both``, ``only_ours``,
-    ``only_theirs``; of these two so many on which coal sees a contact at 0.1 mm; seconds of the wall clock for all.
-    Certificates: seconds of computing, bytes, ``verdict`` is "proven" or the reason why it is not; ``counts`` of
-    changes by kind, tried and accepted, as JSON. ``found``: the worst cases, as JSON.
-    """
-
-    attack: str
-    first: str
-    second: str
-    library: str
-    thickness_mm: float
-    tries: int
-    seed: int
-    content: str
-    software: str
-    tried: int | None = None
-    apart: int | None = None
-    free: int | None = None
-    false_free: int | None = None
-    distances_m: float | None = None
-    coarse_m: float | None = None
-    close_m: float | None = None
-    verdict_m: float | None = None
-    clearance_m: float | None = None
-    beyond_m: float | None = None
-    short_m: float | None = None
-    open_m: float | None = None
-    touching: int | None = None
-    left_out: int | None = None
-    looks: int | None = None
-    both: int | None = None
-    only_ours: int | None = None
-    only_ours_touching: int | None = None
-    only_theirs: int | None = None
-    only_theirs_touching: int | None = None
-    ours_s: float | None = None
-    theirs_s: float | None = None
-    plan_s: float | None = None
-    certify_s: float | None = None
-    check_s: float | None = None
-    size: int | None = None
-    witnesses: int | None = None
-    verdict: str = ""
-    counts: str = ""
-    message: str = ""
-    found: str = ""
-
-
-def aims(rows: Sequence[Row]) -> tuple[bench.Verdict, ...]:
+def aims(rows: Sequence[bench.Row]) -> tuple[bench.Verdict, ...]:
     """The claims that must hold; of 0 where one was not attacked."""
     return tuple(
         bench.tally(sentence, map(holds, some), f"{sum(row.tried or 0 for row in some)} tried.")
@@ -81,7 +36,7 @@ def aims(rows: Sequence[Row]) -> tuple[bench.Verdict, ...]:
 
 
 _OTHERS = ("", "Dichotomy", "Progressive")  # OMPL's rule is the one that is expected to fail
-_MUST: dict[str, tuple[str, Callable[[Row], bool]]] = {
+_MUST: dict[str, tuple[str, Callable[[bench.Row], bool]]] = {
     "claims": ("No call claims more than the truth and its error.", lambda row: (row.beyond_m or 0.0) <= 0.0),
     "segments": (
         "No segment that is called free touches, and none is closer than its clearance.",
@@ -94,7 +49,7 @@ _MUST: dict[str, tuple[str, Callable[[Row], bool]]] = {
 }
 
 
-def fault(row: Row) -> str:
+def fault(row: bench.Row) -> str:
     """A broken claim, or the reason why one was not attacked."""
     broken = any(aim.confirmed < aim.of for aim in aims([row]))
     found = [row.message] if row.message else []
@@ -102,7 +57,7 @@ def fault(row: Row) -> str:
     return f"{row.library} {row.attack}, {row.first} {row.second}: {'; '.join(found)}" if found else ""
 
 
-def tables(rows: Sequence[Row]) -> list[str]:
+def tables(rows: Sequence[bench.Row]) -> list[str]:
     """A table for each part, the libraries of a target one below the other."""
     lines = []
     for part, columns in _COLUMNS.items():
@@ -144,11 +99,11 @@ _COLUMNS = {
 }
 
 
-def _sums(rows: Sequence[Row], by: Sequence[str], names: Sequence[str]) -> list[str]:
+def _sums(rows: Sequence[bench.Row], by: Sequence[str], names: Sequence[str]) -> list[str]:
     return bench.table(rows, by, {name.replace("_", " "): bench.total(name) for name in names})
 
 
-def _changes(rows: Sequence[Row]) -> list[str]:
+def _changes(rows: Sequence[bench.Row]) -> list[str]:
     """How many certificates were changed and accepted, by kind of change."""
     counts: dict[str, list[int]] = {}
     for row in rows:

@@ -1,7 +1,7 @@
 """Attacks every claim that proofs rest on; the truth is computed by slow methods that share nothing with them.
 
 How. Hill climbing from random starts, stopped on counts, looks for the largest claim minus truth. Claims: two random
-shapes (1 mm to 3 m, meshes of plates, loose and degenerate triangles, boxes and strips) beside each other, up to a
+shapes (1 mm to 3 m, meshes of plates, loose and degenerate triangles, boxes and strips) near each other, up to a
 kilometre from the origin, one carried by an arm and the other an obstacle or carried too. Asked are `distances` of the
 checker, `coarse` and `close` of the bounds that prove, and for one pair in twelve the verdict on the state with a
 margin that is not kept, or on an overlap. Segments: one that an arm of two joints, or a robot, moves past one shape,
@@ -49,7 +49,7 @@ from benchmarks.attack import cases as shapes
 from benchmarks.attack import misses, proofs, thin_obstacles
 from benchmarks.attack.certificates import run as certificates
 from benchmarks.attack.claims import attack_claims
-from benchmarks.attack.report import Row, aims, fault, tables
+from benchmarks.attack.report import aims, fault, tables
 from benchmarks.attack.segments import attack_segments
 from benchmarks.problems import Problem, find_problems
 from planner.base.errors import OptionError
@@ -87,7 +87,7 @@ def attack(
 
     Claims: the largest claim minus truth of distances and bounds, over shapes, sizes and poses. Segments: those that
     are called free. Misses: edges past obstacles of a few millimetres, by the proof and by
-    OMPL's default resolution, looked at every 0.1 mm. Proofs: ours beside HPP's, with --problems and --python, left
+    OMPL's default resolution, looked at every 0.1 mm. Proofs: ours against HPP's, with --problems and --python, left
     out without. Certificates: of plans, and their cost; changes: certificates that were changed. Writes attack.csv and
     attack.md. Exit code 4 where a false claim was found.
 
@@ -99,7 +99,7 @@ def attack(
         edges: Edges for each robot, kind of thin obstacle and thickness.
         thicknesses: Of the thin obstacles, in millimetres.
         changes: Changed certificates to try.
-        motions: Straight motions to prove beside HPP, shared out among the scenes.
+        motions: Straight motions for HPP and our prover, shared out among the scenes.
         robots: Names of built-in robots or paths of URDFs; where left out, each part has its own.
         scenes: Scenes to certify plans in, each with each robot.
         libraries: Collision libraries to attack.
@@ -116,7 +116,7 @@ def attack(
     arms = robots or ROBOTS
     swept: list[tuple[str, str]] = [*PAIRS, *((name, "mesh") for name in arms)]
     thin = product(robots or misses.ROBOTS, thin_obstacles.KINDS, map(float, thicknesses))
-    cases: dict[str, list[bench.Case[Row]]] = {
+    cases: dict[str, list[bench.Case]] = {
         "claims": [_case("claims", *pair, library, tries, seed) for pair in PAIRS for library in libraries],
         "segments": [_case("segments", *pair, library, segments, seed) for pair in swept for library in libraries],
         "misses": [
@@ -147,14 +147,14 @@ def _case(
     thickness: float = 0.0,
     content: str = "",
     more: Any = None,
-) -> bench.Case[Row]:
+) -> bench.Case:
     names = (libraries,) if isinstance(libraries, str) else libraries
-    here = bench.software()
-    rows = tuple(Row(attack, first, second, name, thickness, tries, seed, content, here) for name in names)
+    columns, settings = "attack first second library thickness_mm tries seed content", (thickness, tries, seed, content)
+    rows = tuple(bench.make_settings(columns, attack, first, second, name, *settings) for name in names)
     return bench.Case(rows, (rows[0], more))
 
 
-def _proof_cases(problems: Path | None, python: str | None, motions: int, seed: int) -> list[bench.Case[Row]]:
+def _proof_cases(problems: Path | None, python: str | None, motions: int, seed: int) -> list[bench.Case]:
     """A case per scene; none without the problems and HPP's environment."""
     if problems is None or python is None:
         return []
@@ -171,7 +171,7 @@ def _proof_cases(problems: Path | None, python: str | None, motions: int, seed: 
     ]
 
 
-def _measure(task: tuple[Row, Any], progress: Progress) -> Any:
+def _measure(task: tuple[bench.Row, Any], progress: Progress) -> Any:
     """The columns of one attack; None where stopped."""
     row, more = task
     # each row has a stream of its own, so that it is the same whichever others were asked for
@@ -179,7 +179,7 @@ def _measure(task: tuple[Row, Any], progress: Progress) -> Any:
     return _ATTACKS[row.attack](row, rng, progress, more)
 
 
-def _claims(row: Row, rng: np.random.Generator, progress: Progress, _: None) -> dict[str, Any] | None:
+def _claims(row: bench.Row, rng: np.random.Generator, progress: Progress, _: None) -> dict[str, Any] | None:
     worst = attack_claims((row.first, row.second), row.library, row.tries, rng, progress)
     if worst is None:
         return None
@@ -197,7 +197,7 @@ def _claims(row: Row, rng: np.random.Generator, progress: Progress, _: None) -> 
     }
 
 
-def _segments(row: Row, rng: np.random.Generator, progress: Progress, _: None) -> dict[str, Any] | None:
+def _segments(row: bench.Row, rng: np.random.Generator, progress: Progress, _: None) -> dict[str, Any] | None:
     proven = attack_segments((row.first, row.second), row.library, row.tries, rng, progress)
     if proven is None:
         return None
@@ -210,12 +210,12 @@ def _segments(row: Row, rng: np.random.Generator, progress: Progress, _: None) -
     }
 
 
-def _misses(row: Row, _: np.random.Generator, progress: Progress, more: None) -> list[dict[str, Any]] | None:
+def _misses(row: bench.Row, _: np.random.Generator, progress: Progress, more: None) -> list[dict[str, Any]] | None:
     return misses.attack_edges(row.first, row.second, row.thickness_mm, row.tries, row.seed, progress)
 
 
 def _proofs(
-    row: Row, _: np.random.Generator, progress: Progress, more: tuple[Problem, PlanRequest, str]
+    row: bench.Row, _: np.random.Generator, progress: Progress, more: tuple[Problem, PlanRequest, str]
 ) -> list[dict[str, Any]]:
     return proofs.compare_proofs(*more, row.tries)
 
@@ -229,4 +229,4 @@ _ATTACKS: dict[str, Callable[..., Any]] = {
     "changes": lambda row, *_: certificates.change(int(row.second), row.seed),
 }
 
-BENCH = bench.Bench("attack", Row, __doc__, tables, aims, fault, must_hold=True)
+BENCH = bench.Bench("attack", __doc__, tables, aims, fault, must_hold=True)

@@ -9,8 +9,8 @@ import numpy as np
 
 from benchmarks.attack.cases import (
     KINDS,
-    beside,
-    changed_shape,
+    change_shape,
+    place_near,
     random_shape,
     random_turn,
     small_turn,
@@ -79,7 +79,7 @@ def attack_segments(
     proven, arm = Proven(), Robot.load("planar_2r" if who[0] in KINDS else who[0])
     begin = lambda rng: random_sweep(arm, who, rng)  # noqa: E731
     done = climb(
-        tries, rng, begin, _changed, lambda sweeps: [_judge(sweep, backend, proven) for sweep in sweeps], progress
+        tries, rng, begin, _change_sweep, lambda sweeps: [_judge(sweep, backend, proven) for sweep in sweeps], progress
     )
     return proven if done else None
 
@@ -98,14 +98,14 @@ def random_sweep(arm: Robot, who: tuple[str, str], rng: np.random.Generator) -> 
     delta = rng.normal(size=arm.dof) * moving
     delta *= 10.0 ** rng.uniform(*_LENGTHS) / np.linalg.norm(delta)
     sweep = Sweep(arm, random_shape(kinds[1], rng), np.eye(4), linked, middle - rng.random() * delta, delta)
-    return _moved_beside(sweep, random_turn(rng), middle, rng)
+    return _place_obstacle(sweep, random_turn(rng), middle, rng)
 
 
-def _moved_beside(sweep: Sweep, turn: Floats, middle: Floats, rng: np.random.Generator) -> Sweep:
+def _place_obstacle(sweep: Sweep, turn: Floats, middle: Floats, rng: np.random.Generator) -> Sweep:
     """With the obstacle close to a body where the arm stands at ``middle``."""
     frames = _frames(sweep.robot, middle)
     body = sweep.robot.bodies[int(rng.integers(len(sweep.robot.bodies)))]
-    place = beside(body.shape, frames[body.joint] @ body.placement, sweep.obstacle, turn, rng)
+    place = place_near(body.shape, frames[body.joint] @ body.placement, sweep.obstacle, turn, rng)
     return replace(sweep, place=np.linalg.inv(frames[1]) @ place if sweep.linked else place)
 
 
@@ -117,10 +117,10 @@ def _frames(robot: Robot, q: Floats) -> Floats:
     return frames
 
 
-def _changed(sweep: Sweep, size: float, rng: np.random.Generator) -> Sweep:
+def _change_sweep(sweep: Sweep, size: float, rng: np.random.Generator) -> Sweep:
     match rng.integers(5):
         case 0:
-            return replace(sweep, obstacle=changed_shape(sweep.obstacle, size, rng))
+            return replace(sweep, obstacle=change_shape(sweep.obstacle, size, rng))
         case 1:
             place = np.array(sweep.place)
             place[:3, :3] = small_turn(size, rng) @ place[:3, :3]
@@ -131,7 +131,7 @@ def _changed(sweep: Sweep, size: float, rng: np.random.Generator) -> Sweep:
             return replace(sweep, place=place)
         case 3:
             return replace(sweep, delta=sweep.delta * (1.0 + size * rng.normal(size=sweep.robot.dof)))
-    return _moved_beside(sweep, sweep.place[:3, :3], sweep.start + rng.random() * sweep.delta, rng)
+    return _place_obstacle(sweep, sweep.place[:3, :3], sweep.start + rng.random() * sweep.delta, rng)
 
 
 def _judge(sweep: Sweep, backend: str, proven: Proven) -> float:

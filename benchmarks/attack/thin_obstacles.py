@@ -19,7 +19,7 @@ KINDS = ("wall", "pole", "window")
 
 EDGES_PER_SCENE = 5
 _MOTION = (0.3, 1.2)  # m that some point of the arm moves at most on an edge
-_BESIDE = (0.005, 0.06)  # m: standard deviation of the obstacle's distance from the arm, drawn anew each time
+_OFFSET = (0.005, 0.06)  # m: standard deviation of the obstacle's distance from the arm, drawn each time
 _TURN = 0.06  # rad: standard deviation between the ends of the edges of one scene
 _TRIES = 200
 
@@ -34,7 +34,7 @@ class ThinCase:
 
 
 def thin_case(alone: CollisionChecker, kind: str, thickness: float, rng: np.random.Generator) -> ThinCase:
-    """One obstacle of ``kind``, ``thickness`` m thick, where an edge of the arm passes, and more edges beside that one.
+    """One obstacle of ``kind``, ``thickness`` m thick, where an edge of the arm passes, and more edges near that one.
 
     ``alone`` checks the robot in an empty scene. A random short edge is drawn, then a point of a link that moves
     along it, in the middle part of the edge; the obstacle is put there at a random pose, a little off. Obstacles that
@@ -45,11 +45,11 @@ def thin_case(alone: CollisionChecker, kind: str, thickness: float, rng: np.rand
         start, delta = _edge(alone, rng)
         where = _point_on_the_way(alone, start, delta, rng)
         for _ in range(10):
-            items = _obstacle(kind, thickness, where + rng.normal(0.0, rng.uniform(*_BESIDE), 3), rng)
+            items = _obstacle(kind, thickness, where + rng.normal(0.0, rng.uniform(*_OFFSET), 3), rng)
             scene = Scene(f"thin {kind}", items)
             checker = make_checker(robot, scene, "coal")
             if is_free(checker, start) and is_free(checker, start + delta):
-                edges = _beside(checker, start, delta, rng)
+                edges = _edges_nearby(checker, start, delta, rng)
                 return ThinCase(scene, edges[0], edges[1])
 
 
@@ -79,7 +79,9 @@ def _point_on_the_way(alone: CollisionChecker, start: Floats, delta: Floats, rng
     return position[body.joint, 0] + rotation[body.joint, 0] @ local
 
 
-def _beside(checker: CollisionChecker, start: Floats, delta: Floats, rng: np.random.Generator) -> tuple[Floats, Floats]:
+def _edges_nearby(
+    checker: CollisionChecker, start: Floats, delta: Floats, rng: np.random.Generator
+) -> tuple[Floats, Floats]:
     """The edge and others near it, each with free ends within limits; the edge again where none is found."""
     robot = checker.robot
     starts, deltas = [start], [delta]

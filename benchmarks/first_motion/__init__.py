@@ -1,1 +1,1 @@
-"""``benchmarks first-motion``: from a problem to a motion, ours beside other planners', each in its own environment."""
+"""``benchmarks first-motion``: seconds from a problem to a motion, for our planner and others."""

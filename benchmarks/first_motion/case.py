@@ -16,9 +16,9 @@ from benchmarks.first_motion.report import OMPL, OURS, WHOLE
 from benchmarks.looks import FirstPath, largest_share, motion_contact, other_checker, path_contacts
 from benchmarks.others import solver_runner
 from benchmarks.others.elsewhere import ROBOPLAN, answer_of
-from benchmarks.others.exchange import exchanged
+from benchmarks.others.exchange import describe_problem
 from benchmarks.others.ompl import OmplConnect
-from benchmarks.others.roboplan_law import roboplan_motion, timed_by_roboplan
+from benchmarks.others.roboplan_law import roboplan_motion, time_by_roboplan_elsewhere
 from benchmarks.processes import plan_request
 from benchmarks.roadmap.case import plain_check
 from planner.base.arrays import Floats
@@ -62,12 +62,12 @@ def measure(method: str, python: str, request: Columns, motion: Columns, seconds
         else:
             found = _other(method, python, query, plain.quality.seed, seconds)
         if method == ROBOPLAN:
-            found = _timed_by_roboplan(found, python, query, limits)
+            found = _add_roboplan_motion(found, python, query, limits)
     except PlannerError as error:
         return {"outcome": REFUSED, "message": str(error)}
     if found.path is None:
         return {"outcome": NO_PATH, **found.columns}
-    return {"outcome": SOLVED, **found.columns, **_looked_at(query, found, limits, plain.what.collision)}
+    return {"outcome": SOLVED, **found.columns, **_measure_contacts(query, found, limits, plain.what.collision)}
 
 
 def _ours(query: Query, request: PlanRequest, motion: LimitsRequest) -> _Found:
@@ -109,7 +109,7 @@ def _ompl(query: Query, seed: int, seconds: float) -> _Found:
     begin = time.perf_counter()
     solved = connect.solve(query.starts[0], query.goals[0], seconds)
     columns["first_s"] = time.perf_counter() - begin
-    path = connect.simplified() if solved else None
+    path = connect.simplify() if solved else None
     if solved:
         columns["path_s"] = time.perf_counter() - begin
     return _Found(columns | {"cpu_s": time.process_time() - cpu}, path)
@@ -117,17 +117,17 @@ def _ompl(query: Query, seed: int, seconds: float) -> _Found:
 
 def _other(method: str, python: str, query: Query, seed: int, seconds: float) -> _Found:
     """What :mod:`benchmarks.others.solver_runner` answers, run by another Python."""
-    problem = exchanged(query, seed, seconds)
+    problem = describe_problem(query, seed, seconds)
     columns = answer_of(method, python, solver_runner.__file__, problem, seconds + _WAIT, [method])
     path = columns.pop("path")
     return _Found(columns, None if path is None else query.robot.unwound(np.array(path)))
 
 
-def _timed_by_roboplan(found: _Found, python: str, query: Query, limits: MotionLimits) -> _Found:
+def _add_roboplan_motion(found: _Found, python: str, query: Query, limits: MotionLimits) -> _Found:
     """roboplan's path with its motion, which knows no limits on jerk; what it does not time has none."""
     if found.path is None:
         return found
-    timed = timed_by_roboplan(python, found.path, query.robot, limits)
+    timed = time_by_roboplan_elsewhere(python, found.path, query.robot, limits)
     if "times" not in timed:
         return replace(found, columns=found.columns | {"message": f"not timed: {timed['message']}"})
     motion_s = timed["motion_s"]
@@ -136,7 +136,7 @@ def _timed_by_roboplan(found: _Found, python: str, query: Query, limits: MotionL
     return replace(found, columns=columns, motion=roboplan_motion(timed, limits), kinds=KINDS[:2])
 
 
-def _looked_at(query: Query, found: _Found, limits: MotionLimits, collision: str) -> Columns:
+def _measure_contacts(query: Query, found: _Found, limits: MotionLimits, collision: str) -> Columns:
     """What path and motion are like, and what the library that has not planned finds on them."""
     assert found.path is not None
     judge = other_checker(query.robot, query.scene, collision)

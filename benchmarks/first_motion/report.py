@@ -1,15 +1,25 @@
-"""The rows of ``benchmarks first-motion``, and their report."""
+"""The rows of ``benchmarks first-motion``, and their report.
+
+Columns. One problem by one method. Up to ``software``: what was asked; then the results, None where there are none.
+
+``limits``: of the motion, in words; ``content``: a hash of the problem's files. Seconds of the wall clock, robot, scene
+and states in memory: ``ready_s`` from a new scene to a checker, then ``first_s`` to a path, ``path_s`` to the path
+after shortcuts, ``motion_s`` from there to the motion, ``total_s`` all together; ``cpu_s`` of the processor, where it
+was measured. ``duration_s``: of the motion. ``proven``: as a whole, by the method itself. ``contacts``: segments of the
+path on which the library that has not planned finds a contact when it looks at every millimetre of motion; ``message``:
+the first of them. ``motion_contact``: the first that it sees at 0.1 mm along the motion. ``largest_share`` of any limit
+that the method knows, 1 is all of it.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from statistics import fmean
 
 from benchmarks import bench
 from benchmarks.others.elsewhere import ROBOPLAN
 from benchmarks.text import median, percentile
-from planner.batch.run import CRASHED, SOLVED
+from planner.batch.run import SOLVED
 
 OURS, WHOLE, OMPL = "planner", "planner, whole roadmap", "OMPL RRTConnect, plain coal"
 _GOALS = (("ready_s", 0.006, "ready"), ("path_s", 0.015, "a path"), ("motion_s", 0.012, "a motion along it"))
@@ -17,53 +27,13 @@ _TOTAL, _LATE, _SHARE_LATE, _DURATION = 0.035, 0.081, 98.0, 1.25  # s, s, %, s
 _WHOLE = 0.5  # s
 
 
-@dataclass(frozen=True)
-class Row(bench.Row):
-    """One problem by one method. Up to ``software``: what was asked; then the results, None where there are none.
-
-    ``limits``: of the motion, in words; ``content``: a hash of the problem's files. Seconds of the wall clock, robot,
-    scene and states in memory: ``ready_s`` from a new scene to a checker, then ``first_s`` to a path, ``path_s`` to the
-    path after shortcuts, ``motion_s`` from there to the motion, ``total_s`` all together; ``cpu_s`` of the processor,
-    where it was measured. ``duration_s``: of the motion. ``proven``: as a whole, by the method itself. ``contacts``:
-    segments of the path on which the library that has not planned finds a contact when it looks at every millimetre of
-    motion; ``message``: the first of them. ``motion_contact``: the first that it sees at 0.1 mm along the motion.
-    ``largest_share`` of any limit that the method knows, 1 is all of it.
-    """
-
-    problem: str
-    method: str
-    seed: int
-    robot: str
-    collision: str
-    limits: str
-    seconds: float
-    content: str
-    software: str
-    outcome: str = CRASHED
-    message: str = ""
-    version: str | None = None
-    ready_s: float | None = None
-    first_s: float | None = None
-    path_s: float | None = None
-    motion_s: float | None = None
-    total_s: float | None = None
-    cpu_s: float | None = None
-    duration_s: float | None = None
-    length_rad: float | None = None
-    corners: int | None = None
-    proven: bool | None = None
-    contacts: int | None = None
-    motion_contact: str = ""
-    largest_share: float | None = None
-
-
-def tables(rows: Sequence[Row]) -> list[str]:
+def tables(rows: Sequence[bench.Row]) -> list[str]:
     """A line per method, and the ratios of our times."""
     limits = "; ".join(dict.fromkeys(row.limits for row in rows))
     return [*bench.table(rows, ["method"], _TABLE), *_ratios(rows), "", f"Limits: {limits}."]
 
 
-def _ratios(rows: Sequence[Row]) -> list[str]:
+def _ratios(rows: Sequence[bench.Row]) -> list[str]:
     """How our times compare with those of the other methods, problem by problem: the same on slower machines."""
     lines = []
     for method in dict.fromkeys(row.method for row in rows if row.method not in (OURS, WHOLE)):
@@ -74,13 +44,13 @@ def _ratios(rows: Sequence[Row]) -> list[str]:
     return lines
 
 
-def aims(rows: Sequence[Row]) -> tuple[bench.Verdict, ...]:
+def aims(rows: Sequence[bench.Row]) -> tuple[bench.Verdict, ...]:
     """What is meant to hold; of 0 where nothing was measured."""
     ours = [row for row in rows if row.method in (OURS, WHOLE)]
     solved = [row for row in ours if row.outcome == SOLVED]
     timed, whole = _of(solved, OURS), _of(solved, WHOLE)
     late = percentile((row.total_s for row in timed), _SHARE_LATE)
-    beside = _durations_beside(rows)
+    durations = _mean_durations(rows)
     return (
         bench.tally("We solve every problem.", (row.outcome == SOLVED for row in ours), ""),
         bench.tally("No path of ours touches anything.", (row.contacts == 0 for row in solved), ""),
@@ -92,11 +62,11 @@ def aims(rows: Sequence[Row]) -> tuple[bench.Verdict, ...]:
         _at_most(f"It is {_LATE:g} s or less in {_SHARE_LATE:g} %.", late, _LATE),
         _quick(f"With the whole roadmap, refined, it is {_WHOLE:g} s or less in the median.", whole, "total_s", _WHOLE),
         _at_most(f"Motions take {_DURATION:g} s or less in the mean.", _mean(timed), _DURATION),
-        _at_most("They are no longer than roboplan's on the same problems, in the mean.", *beside),
+        _at_most("They are no longer than roboplan's on the same problems, in the mean.", *durations),
     )
 
 
-def _quick(sentence: str, rows: Sequence[Row], name: str, most: float) -> bench.Verdict:
+def _quick(sentence: str, rows: Sequence[bench.Row], name: str, most: float) -> bench.Verdict:
     return _at_most(sentence, median(getattr(row, name) for row in rows), most)
 
 
@@ -106,20 +76,20 @@ def _at_most(sentence: str, value: float | None, most: float | None) -> bench.Ve
     return bench.tally(sentence, [value <= most], f"{value:.3g} s, {most:.3g} s at most.")
 
 
-def _within(row: Row) -> bool:
+def _within(row: bench.Row) -> bool:
     return row.largest_share is not None and row.largest_share <= 1.0
 
 
-def _of(rows: Sequence[Row], method: str) -> list[Row]:
+def _of(rows: Sequence[bench.Row], method: str) -> list[bench.Row]:
     return [row for row in rows if row.method == method]
 
 
-def _mean(rows: Sequence[Row]) -> float | None:
+def _mean(rows: Sequence[bench.Row]) -> float | None:
     there = [row.duration_s for row in rows if row.duration_s is not None]
     return fmean(there) if there else None
 
 
-def _both(rows: Sequence[Row], method: str, name: str) -> list[tuple[float, float]]:
+def _both(rows: Sequence[bench.Row], method: str, name: str) -> list[tuple[float, float]]:
     """A field of our rows and of another method's, by its ``name``: of each problem that both solved and have it."""
     solved = [row for row in rows if row.outcome == SOLVED]
     ours, other = (
@@ -128,7 +98,7 @@ def _both(rows: Sequence[Row], method: str, name: str) -> list[tuple[float, floa
     return [(ours[problem], other[problem]) for problem in sorted(ours.keys() & other.keys())]
 
 
-def _durations_beside(rows: Sequence[Row]) -> tuple[float | None, float | None]:
+def _mean_durations(rows: Sequence[bench.Row]) -> tuple[float | None, float | None]:
     """Mean durations of ours and roboplan's over what both have timed."""
     both = _both(rows, ROBOPLAN, "duration_s")
     return (fmean(own for own, _ in both), fmean(other for _, other in both)) if both else (None, None)
@@ -167,9 +137,9 @@ _TABLE: dict[str, bench.Pick] = {
 }
 
 
-def fault(row: Row) -> str:
+def fault(row: bench.Row) -> str:
     """A problem that is not solved, or a contact."""
-    found = [] if row.outcome == SOLVED else [f"{row.outcome}. {row.message}"]
-    found += [f"touches: {row.message}"] if row.contacts else []
+    found = [] if row.outcome == SOLVED else [f"{row.outcome}. {row.message or ''}"]
+    found += [f"touches: {row.message or ''}"] if row.contacts else []
     found += [f"the motion touches: {row.motion_contact}"] if row.motion_contact else []
     return f"{row.problem}, {row.method}: {'; '.join(found)}" if found else ""

@@ -1,4 +1,4 @@
-"""Measures seconds from a problem to a motion, ours beside other planners', each in a process of its own.
+"""Measures seconds from a problem to a motion, for our planner and others, each in a process of its own.
 
 How. Every run has a process of its own, one after the other; libraries are loaded, and the robot, before the clocks
 start. Times are medians of the wall clock over the problems that the method solved, the duration of motions is a mean;
@@ -15,7 +15,7 @@ Shares are of exact extrema of the pieces between knots. hpp: BiRRTPlanner and R
 its continuous validation (Dichotomy, no tolerance); its seed cannot be set, and its motions are not timed here. Of
 several goals the first is asked for. Touching: the collision library that we have not planned with looks at every
 millimetre of the path, and every 0.1 mm of the motion. Limitations. The others stop by the clock: on a loaded machine
-they solve fewer problems. Only boxes, spheres and cylinders can be told to all. A path that is not proven can touch
+they solve fewer problems. All planners accept only boxes, spheres and cylinders. A path that is not proven can touch
 less, or more, than this look sees.
 """
 
@@ -26,7 +26,7 @@ from pathlib import Path
 from typing import Annotated, Any
 
 from benchmarks import bench
-from benchmarks.first_motion.report import OMPL, OURS, WHOLE, Row, aims, fault, tables
+from benchmarks.first_motion.report import OMPL, OURS, WHOLE, aims, fault, tables
 from benchmarks.others.elsewhere import environments
 from benchmarks.problems import find_problems
 from benchmarks.processes import plain_options
@@ -46,10 +46,10 @@ def first_motion(
     seconds: float = 10.0,
     debug: bench.Debug = False,
 ) -> int:
-    """From a problem to a motion: ours, proven, with a path only and with the whole roadmap, beside other planners'.
+    """Time the way from a problem to a motion: our planner, with a path only and a whole roadmap, and other planners.
 
     Problems and options are those of 'plan'; paths and motions are checked by the library that has not planned. OMPL's
-    RRTConnect is always beside; roboplan and hpp take part where they are given, each in an environment of
+    RRTConnect always runs; roboplan and hpp take part where they are given, each in an environment of
     its own, as what they need clashes with this package:
 
     python -m benchmarks first-motion FOLDER --python roboplan=/opt/rp/bin/python hpp=/opt/hpp/bin/python
@@ -68,10 +68,11 @@ def first_motion(
     if not seconds > 0:
         raise OptionError("give a time above 0 s.")
     robot = Robot.load(str(request.what.robot))
-    words, here, cases = MotionLimits.from_robot(robot, limits).text(robot), bench.software(), []
+    words, cases = MotionLimits.from_robot(robot, limits).text(robot), []
     for problem, method in itertools.product(find_problems(folder), methods):
-        place = request.quality.seed, str(request.what.robot), request.what.collision, words, seconds
-        row = Row(problem.name, method, *place, problem.content(request), here)
+        settings = request.quality.seed, str(request.what.robot), request.what.collision, words, seconds
+        names = "problem method seed robot collision limits seconds content"
+        row = bench.make_settings(names, problem.name, method, *settings, problem.content(request))
         options = {"method": method, "python": methods[method], "seconds": seconds}
         options |= {"request": plain_options(problem.asked(request)), "motion": bench.plain_limits(limits)}
         cases.append(bench.Case((row,), options))
@@ -82,4 +83,4 @@ def _measure(options: dict[str, Any], progress: Progress) -> Any:
     return bench.measure_apart("benchmarks.first_motion.case", options, progress)
 
 
-BENCH = bench.Bench("first-motion", Row, __doc__, tables, aims, fault)
+BENCH = bench.Bench("first-motion", __doc__, tables, aims, fault)

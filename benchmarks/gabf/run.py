@@ -6,13 +6,17 @@ made beforehand, GABF the bare arrays. RK45 runs up to 10,000 nodes on the leane
 tau to 1.1 times GABF's settling tau and in t to 0.9975 T_p. Errors are max |x - x*| / max(1, |x*|) against Dijkstra.
 Limitations. RK45 does not settle, so its time is what it takes to get there. The networks are planar, the start is
 above x*, the law singularity-free with its defaults: other graphs and starts below take other times.
+
+Columns. One method on one network.
+
+``seconds``: median of ``repeats`` runs; ``work``: steps, or evaluations of the right side. The peak memory (MiB) is
+that of a process which loads the network and runs GABF.
 """
 
 from __future__ import annotations
 
 import tempfile
 from collections.abc import Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -27,31 +31,6 @@ from planner.problem.request import RoadmapQuality
 
 _NEIGHBOURS, _RK45_UP_TO = 8, 10_000
 _METHODS = ("dijkstra", "gabf", "rk45 in tau", "rk45 in t")
-
-
-@dataclass(frozen=True)
-class Row(bench.Row):
-    """One method on one network.
-
-    ``seconds``: median of ``repeats`` runs; ``work``: steps, or evaluations of the right side. The peak memory (MiB) is
-    that of a process which loads the network and runs GABF.
-    """
-
-    method: str
-    nodes: int
-    neighbours: int
-    seed: int
-    software: str
-    arcs: int = 0
-    seconds: float = 0.0
-    repeats: int = 0
-    over_dijkstra: float = 0.0
-    over_gabf: float = 0.0
-    error: float = 0.0
-    work: int | None = None
-    settling_tau: float | None = None
-    memory_loaded_mib: float | None = None
-    memory_peak_mib: float | None = None
 
 
 def gabf(
@@ -69,8 +48,11 @@ def gabf(
     RoadmapQuality(seed=seed)  # refuses a seed out of range
     if any(nodes <= _NEIGHBOURS + 1 for nodes in sizes):
         raise OptionError(f"sizes must be at least {_NEIGHBOURS + 2} nodes, got {min(sizes)}.")
-    here = bench.software()
-    cases = [bench.Case(tuple(Row(name, n, _NEIGHBOURS, seed, here) for name in _methods(n)), (n, seed)) for n in sizes]
+    cases = []
+    for nodes in sizes:
+        names = "method nodes neighbours seed"
+        rows = [bench.make_settings(names, method, nodes, _NEIGHBOURS, seed) for method in _methods(nodes)]
+        cases.append(bench.Case(rows, (nodes, seed)))
     return bench.run_bench(BENCH, out, cases, _measure)
 
 
@@ -95,7 +77,7 @@ def _measure(task: tuple[int, int], progress: Progress) -> list[dict[str, Any]] 
     return found
 
 
-def tables(rows: Sequence[Row]) -> list[str]:
+def tables(rows: Sequence[bench.Row]) -> list[str]:
     """A line per size, and how the times grow."""
     header = ["nodes", "arcs", "GABF (s)", "steps", "settling tau", "GABF error", "Dijkstra (s)", "GABF / Dijkstra"]
     header += ["RK45 in tau (s)", "/ GABF", "error", "RK45 in t (s)", "/ GABF", "error", "loaded (MiB)", "peak (MiB)"]
@@ -105,7 +87,7 @@ def tables(rows: Sequence[Row]) -> list[str]:
     return [*markdown_table(header, lines, texts=0), "", f"Growth of the time with the nodes, fitted: {text}."]
 
 
-def _cells(of: dict[str, Row]) -> list[Any]:
+def _cells(of: dict[str, bench.Row]) -> list[Any]:
     ours, dijkstra = of["gabf"], of["dijkstra"]
     cells: list[Any] = [ours.nodes, ours.arcs, ours.seconds, ours.work, ours.settling_tau, ours.error]
     cells += [dijkstra.seconds, ours.over_dijkstra]
@@ -115,7 +97,7 @@ def _cells(of: dict[str, Row]) -> list[Any]:
     return [*cells, ours.memory_loaded_mib, ours.memory_peak_mib]
 
 
-def growth_exponents(rows: Sequence[Row]) -> dict[str, float]:
+def growth_exponents(rows: Sequence[bench.Row]) -> dict[str, float]:
     """The exponent of the time over the nodes, for each method measured at two sizes or more."""
     found = {
         name: bench.growth_exponent((row.nodes, row.seconds) for row in rows if row.method == name) for name in _METHODS
@@ -123,7 +105,7 @@ def growth_exponents(rows: Sequence[Row]) -> dict[str, float]:
     return {name: slope for name, slope in found.items() if slope is not None}
 
 
-def aims(rows: Sequence[Row]) -> tuple[bench.Verdict, ...]:
+def aims(rows: Sequence[bench.Row]) -> tuple[bench.Verdict, ...]:
     """The speed that GABF is meant to have; of 0 where the size was not measured."""
     ours = {row.nodes: row for row in rows if row.method == "gabf"}
     rk45 = [row for row in rows if row.method.startswith("rk45") and row.nodes == 1_000]
@@ -148,4 +130,4 @@ def aims(rows: Sequence[Row]) -> tuple[bench.Verdict, ...]:
     )
 
 
-BENCH = bench.Bench("gabf", Row, __doc__, tables, aims)
+BENCH = bench.Bench("gabf", bench.Row, __doc__, tables, aims)

@@ -76,9 +76,9 @@ class Attack:
         return replace(case, chunk=replace(chunk, knots=knots))
 
     def _score(self, cases: Sequence[Case]) -> list[float]:
-        return [self.judged(case) for case in cases]
+        return [self.judge(case) for case in cases]
 
-    def judged(self, case: Case) -> float:
+    def judge(self, case: Case) -> float:
         """The score: safe ones before others, of these the nearest to a contact."""
         found, gate = self.found, self._gate
         found.tries += 1

@@ -162,7 +162,7 @@ def _fastest(curve: Spline, reach: Floats) -> float:
     return max(float((reach @ curve.bound(1)).max()), 1e-9)
 
 
-def looked_at(curves: Sequence[Spline], judge: CoalChecker, reach: Floats) -> tuple[Floats, Floats]:
+def sample_states(curves: Sequence[Spline], judge: CoalChecker, reach: Floats) -> tuple[Floats, Floats]:
     """States (n, dof) on the curves: those every 0.05 mm wherever that may touch, and the last that were near.
 
     A state stands for all from which no point moves farther than half of ``LOOKS``: where every pair is farther apart
@@ -194,7 +194,7 @@ def looked_at(curves: Sequence[Spline], judge: CoalChecker, reach: Floats) -> tu
 def touches(curves: Sequence[Spline], judges: tuple[CoalChecker, CollisionChecker]) -> tuple[float, bool]:
     """The smallest distance (m) to an obstacle that coal has seen, and whether coal or the other sees a contact."""
     coal, reach = judges[0], reach_of(judges[0].robot)
-    close, last = looked_at(curves, coal, reach)
+    close, last = sample_states(curves, coal, reach)
     seen = [curve.at(np.linspace(0.0, curve.seconds, 5)) for curve in curves]  # what is inside something stays there
     states = np.concatenate([close, *seen])
     touched = any(judge.first_contact(states) is not None for judge in judges)

@@ -2,19 +2,28 @@
 
 How. A chunk is a smooth random motion of a robot among ten boxes of 4 to 20 cm; every check goes from the present state
 on and proves a stop from every point, on one thread, after work that leaves nothing of it in the caches; "again" is the
-same check once more, "alone" without stops, so the difference is their price. A chunk counts as free by 5 or 20 mm
+same check again, "alone" without stops, so the difference is their price. A chunk counts as free by 5 or 20 mm
 where the motion and all stops that the limits allow are so far from everything at every millimetre, by coal. In the
 attack hill climbing moves targets and a thin obstacle towards a chunk that is called safe and touches; the judge builds
 the controller's splines by itself, looks at them every 0.05 mm where anything may touch, by coal and by FCL (what
 coal's own distances clear is passed over), and finds the extrema of their derivatives by roots. Limitations. Times
 are those of the machine as it was; states every 0.05 mm are no proof.
+
+Columns. Chunks of one kind for one robot: times of a check, what is refused without need, and an attack.
+
+``p50_ms``, ``p99_ms``: of ``chunks`` checks on one thread after other work, ``_cpu`` by the thread's own clock, which
+other work on the machine does not count in; by that clock ``_again``: the same again, ``_alone``: without stops.
+``free_5``, ``free_20``: chunks that keep, stops included, 5 and 20 mm from everything as coal sees it every millimetre,
+and how many of these are called safe. ``change_ms``: the median of moving one obstacle after other work,
+``change_again_ms``: of moving it back, by that clock. ``tries``: of the attack, of which ``safe`` were called safe,
+``false`` of these touch or have no stop, ``beyond`` a limit. ``touching``: refused for a contact on the motion, of
+which samples every 0.05 rad call ``sampled`` free.
 """
 
 from __future__ import annotations
 
 import time
 from collections.abc import Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -40,50 +49,6 @@ OBSTACLES, PER_STEP = 10, 1.0 / 30.0  # s
 FREE = (5e-3, 20e-3)  # m
 _SCENES = 10
 _EVERY = 1e-3  # m
-
-
-@dataclass(frozen=True)
-class Row(bench.Row):
-    """Chunks of one kind for one robot: times of a check, what is refused without need, and an attack.
-
-    ``p50_ms``, ``p99_ms``: of ``chunks`` checks on one thread after other work, ``_cpu`` by the thread's own clock,
-    which other work on the machine does not count in; by that clock ``_again``: the same once more, ``_alone``: without
-    stops. ``free_5``, ``free_20``: chunks that keep, stops included, 5 and 20 mm from everything as coal sees it every
-    millimetre, and how many of these are called safe. ``change_ms``: the median of moving one obstacle after other
-    work, ``change_again_ms``: of moving it back, by that clock. ``tries``: of the attack, of which ``safe`` were called
-    safe, ``false`` of these touch or have no stop, ``beyond`` a limit. ``touching``: refused for a contact on the
-    motion, of which samples every 0.05 rad call ``sampled`` free.
-    """
-
-    robot: str
-    kind: str
-    steps: int
-    chunks: int
-    attack: int
-    seed: int
-    software: str
-    p50_ms: float = 0.0
-    p99_ms: float = 0.0
-    p50_cpu_ms: float = 0.0
-    p99_cpu_ms: float = 0.0
-    p50_again_ms: float = 0.0
-    p99_again_ms: float = 0.0
-    p50_alone_ms: float = 0.0
-    p99_alone_ms: float = 0.0
-    change_ms: float = 0.0
-    change_again_ms: float = 0.0
-    safe_chunks: int = 0
-    free_5: int = 0
-    accepted_5: int = 0
-    free_20: int = 0
-    accepted_20: int = 0
-    tries: int = 0
-    safe: int = 0
-    false: int = 0
-    beyond: int = 0
-    least_mm: float = 0.0
-    touching: int = 0
-    sampled: int = 0
 
 
 def gate(
@@ -115,13 +80,13 @@ def gate(
         raise OptionError("give at least 1 chunk of 2 steps, and 0 tries or more.")
     for name in robots:
         Robot.load(name)
-    here = bench.software()
-    rows = [Row(name, kind, steps, chunks, attack, seed, here) for name in robots for kind in KINDS]
+    names, settings = "robot kind steps chunks attack seed", (steps, chunks, attack, seed)
+    rows = [bench.make_settings(names, name, kind, *settings) for name in robots for kind in KINDS]
     cases = [bench.Case((row,), row) for row in rows]
     return bench.run_bench(BENCH, out, cases, _measure, workers)
 
 
-def _measure(row: Row, progress: Progress) -> dict[str, Any] | None:
+def _measure(row: bench.Row, progress: Progress) -> dict[str, Any] | None:
     robot, rng = Robot.load(row.robot), np.random.default_rng([row.seed, KINDS.index(row.kind), *row.robot.encode()])
     moves = np.random.default_rng(row.seed)
     times: list[tuple[float, ...]] = []
@@ -208,7 +173,7 @@ _ACCEPTED = ("chunks", "safe_chunks", "free_5", "accepted_5", "free_20", "accept
 _ATTACK = ("tries", "safe", "false", "beyond", "least_mm", "touching", "sampled")
 
 
-def tables(rows: Sequence[Row]) -> list[str]:
+def tables(rows: Sequence[bench.Row]) -> list[str]:
     """Return a table of times, one of accepted chunks and one of the attack."""
     lines = []
     for title, names in (("Times", _TIMES), ("Accepted", _ACCEPTED), ("Attacked", _ATTACK)):
@@ -216,7 +181,7 @@ def tables(rows: Sequence[Row]) -> list[str]:
     return lines
 
 
-def aims(rows: Sequence[Row]) -> tuple[bench.Verdict, ...]:
+def aims(rows: Sequence[bench.Row]) -> tuple[bench.Verdict, ...]:
     """What must hold of chunks that are called safe."""
     note = f"{sum(row.safe for row in rows)} chunks of the attack are called safe."
     return (
@@ -225,4 +190,4 @@ def aims(rows: Sequence[Row]) -> tuple[bench.Verdict, ...]:
     )
 
 
-BENCH = bench.Bench("gate", Row, __doc__, tables, aims, must_hold=True)
+BENCH = bench.Bench("gate", bench.Row, __doc__, tables, aims, must_hold=True)

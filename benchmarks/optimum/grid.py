@@ -43,7 +43,7 @@ def grid_optimum(arm: PlanarArm, beta: float, scale: CostScale) -> tuple[Floats,
         cells = np.unique((centres[:, None] + around).reshape(-1, dof), axis=0)
         cells = cells[(np.abs(arm.start + step * cells) <= arm.limits).all(axis=1)]
         path = _cheapest(arm, beta, scale, cells, step)
-    coarser, finer = (_pulled(arm, beta, scale, each) for each in (before, path))
+    coarser, finer = (_pull_tight(arm, beta, scale, each) for each in (before, path))
     cost = path_cost(arm, beta, scale, finer)
     return finer, abs(path_cost(arm, beta, scale, coarser) / cost - 1.0)
 
@@ -113,7 +113,7 @@ def _offsets(dof: int) -> Ints:
     return np.array(found)
 
 
-def _pulled(arm: PlanarArm, beta: float, scale: CostScale, path: Floats) -> Floats:
+def _pull_tight(arm: PlanarArm, beta: float, scale: CostScale, path: Floats) -> Floats:
     """The cheapest chain of free straight motions through points of ``path``."""
     along = lengths_along(path)
     points = path[np.unique(np.searchsorted(along, np.linspace(0.0, along[-1], _PULLED)).clip(0, len(path) - 1))]

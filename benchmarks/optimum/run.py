@@ -1,10 +1,15 @@
-"""Measures the gap of plans for planar arms to the optimum of a fine grid, and how it falls with effort.
+"""Measures the gap of plans for planar arms to the optimum of a fine grid, and how it falls with rounds of refinement.
 
-How. Each arm is planar, its geometry and its w are computed anew in the plane, without the planner's checker and
+How. Each arm is planar, its geometry and its w are computed in the plane, without the planner's checker and
 kinematics. The optimum is the cheapest path over a grid of configurations whose edges are proven free, halved in a tube
 around that path and then pulled tight; with omega scaled as the plan's roadmap scales it. Its error is what the last
-halving changed. A gap below 0 says that the plan is better than the grid's path. The fit is over the rounds of the
-effort, to median gaps. Limitations. Two planar arms, each in one scene.
+halving changed. A gap below 0 says that the plan is better than the grid's path. The fit is over the rounds, to
+median gaps. Limitations. Two planar arms, each in one scene.
+
+Columns. One plan. ``cost`` and ``optimum``: finely integrated, of its path and of the grid's; ``gap``: in %. ``error``
+(%): what the grid's last halving changed.
+
+``curve``: gaps (%) after each round, separated by blanks, as plan.json's curve has them.
 """
 
 from __future__ import annotations
@@ -13,7 +18,6 @@ import itertools
 import math
 import tempfile
 from collections.abc import Sequence
-from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -34,45 +38,23 @@ _AIMS = {1000: 1.0, 5000: 0.3}  # %: the gap that is aimed at for planar_2r, by 
 _ARMS = {arm.name: arm for arm in ARMS}
 
 
-@dataclass(frozen=True)
-class Row(bench.Row):
-    """One plan. ``cost`` and ``optimum``: finely integrated, of its path and of the grid's; ``gap``: in %. ``error``
-    (%): what the grid's last halving changed.
-
-    ``curve``: gaps (%) after each round of the effort, with blanks between, as plan.json's curve has them.
-    """
-
-    arm: str
-    beta: float
-    nodes: int
-    effort: int
-    seed: int
-    software: str
-    cost: float = 0.0
-    optimum: float = 0.0
-    error: float = 0.0
-    gap: float = 0.0
-    corners: int = 0
-    curve: str = ""
-
-
 def optimum(
     out: bench.Out = Path("bench-optimum"),
     nodes: tuple[int, ...] = (1000, 5000),
-    efforts: tuple[int, ...] = (6, 30),
+    refinement_rounds: tuple[int, ...] = (6, 30),
     betas: tuple[float, ...] = (0.0, 1.0),
     seeds: tuple[int, ...] = (0, 1, 2),
     arms: tuple[str, ...] = ("planar_2r", "planar_3r"),
     debug: bench.Debug = False,
 ) -> int:
-    """Planar arms with two and three joints against the optimum of a fine grid: the gap, and how it falls with effort.
+    """Compare plans of planar arms with the optimum of a fine grid: the gap, and how it falls with the rounds.
 
     The grid has its own geometry and manipulability, computed in the plane. Writes optimum.csv, one row a plan, and
     optimum.md.
 
     Args:
         nodes: Configurations in the roadmaps.
-        efforts: Rounds of refinement and search to plan with.
+        refinement_rounds: Rounds of refinement and search to plan with.
         betas: Trade-offs to plan at.
         seeds: Seeds to plan with.
         arms: Which arms, planar_2r or planar_3r.
@@ -80,12 +62,12 @@ def optimum(
     for name in arms:
         if name not in _ARMS:
             raise OptionError(f"arm '{name}' not found; arms are {', '.join(_ARMS)}.")
-    here = bench.software()
-    rows = [Row(*each, here) for each in itertools.product(arms, betas, nodes, efforts, seeds)]
+    settings = itertools.product(arms, betas, nodes, refinement_rounds, seeds)
+    rows = [bench.make_settings("arm beta nodes rounds seed", *each) for each in settings]
     return bench.run_bench(BENCH, out, [bench.Case((row,), row) for row in rows], partial(_measure, kept={}))
 
 
-def _measure(row: Row, progress: Progress, kept: dict[tuple, tuple[float, float]]) -> dict[str, Any] | None:
+def _measure(row: bench.Row, progress: Progress, kept: dict[tuple, tuple[float, float]]) -> dict[str, Any] | None:
     """The columns of one plan; optima, by arm, beta and scale, are ``kept``."""
     arm = _ARMS[row.arm]
     with tempfile.TemporaryDirectory() as folder:
@@ -96,7 +78,7 @@ def _measure(row: Row, progress: Progress, kept: dict[tuple, tuple[float, float]
             goal=arm.goal,
             beta=row.beta,
             nodes=row.nodes,
-            refinement_rounds=row.effort,
+            refinement_rounds=row.rounds,
             seed=row.seed,
             collision="coal",
         )
@@ -116,7 +98,7 @@ def _measure(row: Row, progress: Progress, kept: dict[tuple, tuple[float, float]
     return columns | {"corners": count_corners(found.path), "curve": " ".join(f"{gap:.4g}" for gap in gaps)}
 
 
-def tables(rows: Sequence[Row]) -> list[str]:
+def tables(rows: Sequence[bench.Row]) -> list[str]:
     """A line per arm, beta, nodes and effort."""
     columns: dict[str, bench.Pick] = {
         "plans": len,
@@ -127,10 +109,10 @@ def tables(rows: Sequence[Row]) -> list[str]:
         "corners": bench.middle("corners"),
         "gap falls as": lambda some: f"{fit[0]:.2g} % / rounds^{fit[1]:.2f}" if (fit := fitted_power(some)) else "-",
     }
-    return bench.table(rows, ["arm", "beta", "nodes", "effort"], columns)
+    return bench.table(rows, ["arm", "beta", "nodes", "rounds"], columns)
 
 
-def fitted_power(rows: Sequence[Row]) -> tuple[float, float] | None:
+def fitted_power(rows: Sequence[bench.Row]) -> tuple[float, float] | None:
     """(c, p) of gap = c rounds^-p, fitted to the logarithms of the median gaps; None for fewer than four rounds."""
     curves = [[float(gap) for gap in row.curve.split()] for row in rows]
     length = min((len(curve) for curve in curves), default=0)
@@ -143,7 +125,7 @@ def fitted_power(rows: Sequence[Row]) -> tuple[float, float] | None:
     return math.exp(level), -float(slope)
 
 
-def aims(rows: Sequence[Row]) -> tuple[bench.Verdict, ...]:
+def aims(rows: Sequence[bench.Row]) -> tuple[bench.Verdict, ...]:
     """What plans for planar_2r are meant to reach."""
     found = []
     for nodes, limit in _AIMS.items():
@@ -155,4 +137,4 @@ def aims(rows: Sequence[Row]) -> tuple[bench.Verdict, ...]:
     return tuple(found)
 
 
-BENCH = bench.Bench("optimum", Row, __doc__, tables, aims)
+BENCH = bench.Bench("optimum", bench.Row, __doc__, tables, aims)

@@ -13,11 +13,11 @@ from planner.robot.robot import Robot
 from planner.robot.shapes import Box, Capsule, Cylinder, Mesh, Obstacle, Sphere
 
 
-def exchanged(query: Query, seed: int, seconds: float) -> dict[str, Any]:
+def describe_problem(query: Query, seed: int, seconds: float) -> dict[str, Any]:
     """URDF, held joints, link pairs that need no check, obstacles, start and first goal, as JSON can hold them.
 
-    Obstacles carry ``placement``, a matrix (4, 4). Raises :class:`PlannerError` for what the other planners cannot be
-    told: meshes and capsules among the obstacles, carried shapes, a base elsewhere than in the origin.
+    Obstacles carry ``placement``, a matrix (4, 4). Raises :class:`PlannerError` for content that the other
+    planners do not accept: meshes and capsules among the obstacles, carried shapes, a base outside the origin.
     """
     robot = query.robot
     if robot.carried or not np.allclose(robot.base, np.eye(4), atol=0.0):

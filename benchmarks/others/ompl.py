@@ -17,7 +17,7 @@ from planner.robot.robot import Robot
 
 PLANNERS = {"RRTConnect": og.RRTConnect, "RRT*": og.RRTstar, "BIT*": og.BITstar}
 _OPTIMISING = ("RRT*", "BIT*")
-QUERY_SECONDS = 5.0  # a query that is not answered by then counts as not solved
+QUERY_SECONDS = 5.0  # a longer query counts as not solved
 
 
 class OmplPrm:
@@ -67,7 +67,7 @@ class OmplConnect:
 
         connect = OmplConnect(robot, is_free, seed=0)
         connect.solve(start, goal, seconds=10.0)      # whether there is a path
-        path = connect.simplified()                   # (k, dof)
+        path = connect.simplify()                   # (k, dof)
 
     Raises :class:`OptionError` for a robot with continuous joints.
     """
@@ -87,7 +87,7 @@ class OmplConnect:
         planner.solve(ob.PlannerTerminationCondition(lambda: time.perf_counter() >= end))
         return self._problem.hasExactSolution()
 
-    def simplified(self) -> Floats:
+    def simplify(self) -> Floats:
         """The path (k, dof) that was found, simplified as far as OMPL does by default."""
         path = self._problem.getSolutionPath()
         og.PathSimplifier(self._info).simplifyMax(path)

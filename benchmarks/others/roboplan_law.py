@@ -20,7 +20,7 @@ _WAIT = 60.0  # s
 
 def roboplan_law(python: str, path: Floats, judge: CollisionChecker, limits: MotionLimits) -> Any:
     """Columns of a row: its duration, its largest share of a limit at its own samples, and its first contact."""
-    found = timed_by_roboplan(python, path, judge.robot, limits)
+    found = time_by_roboplan_elsewhere(python, path, judge.robot, limits)
     if "times" not in found:
         return {"roboplan_contact": f"not timed: {found['message']}"}
     shares = [np.abs(found["qd"]) / limits.velocity, np.abs(found["qdd"]) / limits.acceleration]
@@ -38,14 +38,14 @@ def roboplan_motion(found: dict[str, Any], limits: MotionLimits) -> Trajectory:
     return Trajectory.from_points(limits.joints, times, q, qd)
 
 
-def timed_by_roboplan(python: str, path: Floats, robot: Robot, limits: MotionLimits) -> dict[str, Any]:
+def time_by_roboplan_elsewhere(python: str, path: Floats, robot: Robot, limits: MotionLimits) -> dict[str, Any]:
     """The answer of :mod:`benchmarks.others.roboplan_runner` about a path (k, dof)."""
-    problem = told(robot, limits) | {"path": path.tolist()}
+    problem = describe_robot(robot, limits) | {"path": path.tolist()}
     return answer_of("roboplan", python, roboplan_runner.__file__, problem, _WAIT, ["time"])
 
 
-def told(robot: Robot, limits: MotionLimits) -> dict[str, Any]:
-    """What another environment is told of a robot: its URDF, its joints, and limits without those on jerk."""
+def describe_robot(robot: Robot, limits: MotionLimits) -> dict[str, Any]:
+    """Return the URDF, the joints and the limits (without jerk) of a robot for another environment."""
     return {
         "urdf": robot.source.xml,
         "package_dirs": robot.source.package_dirs,

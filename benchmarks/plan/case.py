@@ -56,8 +56,8 @@ def _ours(request: PlanRequest, limits: LimitsRequest, python: str | None) -> Co
     columns |= {"memory_mib": peak_memory(), **_of_record(found)}
     if found.outcome is not Outcome.SOLVED:
         return columns
-    columns |= {"first_path_s": watch.seconds, **_along(found.robot, found.path), **_looked_at(found)}
-    return columns | _timed(found, limits, python)
+    columns |= {"first_path_s": watch.seconds, **_along(found.robot, found.path), **_measure_contacts(found)}
+    return columns | _measure_motion(found, limits, python)
 
 
 def _of_record(found: Plan) -> Columns:
@@ -97,7 +97,7 @@ def _along(robot: Robot, path: Floats) -> Columns:
     }
 
 
-def _looked_at(found: Plan) -> Columns:
+def _measure_contacts(found: Plan) -> Columns:
     """Clearance by the library that planned, contacts by the other one."""
     contacts = path_contacts(other_checker(found.robot, found.scene, found.request.what.collision), found.path)
     clearance = path_clearance(found.checker, found.path)[1].min(initial=np.inf)
@@ -108,8 +108,8 @@ def _looked_at(found: Plan) -> Columns:
     }
 
 
-def _timed(found: Plan, asked: LimitsRequest, python: str | None) -> Columns:
-    """The motion along the path, beside other motions along it, and the first contact of it."""
+def _measure_motion(found: Plan, asked: LimitsRequest, python: str | None) -> Columns:
+    """Return the columns of the motion along the path, and of other motions along it."""
     limits, floor = MotionLimits.from_robot(found.robot, asked), found.request.quality.min_manipulability
     begin = time.process_time()
     trajectory, curve = time_curve(

@@ -1,10 +1,18 @@
-"""The rows of ``benchmarks plan``, and their report: paths, motions, and settings side by side."""
+"""The rows of ``benchmarks plan``, and their report: paths, motions, and settings side by side.
+
+Columns. One problem planned once with one seed by one ``method``; results are None where there are none.
+
+``options``: further options that are not at their defaults; ``limits`` of motions, in words; ``content``: a hash of the
+problem's files. ``total_s`` of the wall clock and ``cpu_s`` of the processor: of the planning itself. ``timed_s``,
+``blended_s``, ``stopping_s``: durations with shortcuts in time, with rounded corners only, and with a stop at each;
+``timed_corners``, those ``blended``, and ``shortcuts`` of the first; ``proven``: as a whole; ``largest_share`` of any
+limit, 1 is all of it; ``timing_cpu_s``: of the first.
+"""
 
 from __future__ import annotations
 
 import itertools
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Any
 
 from benchmarks import bench
@@ -16,103 +24,33 @@ GOAL_SECONDS = 10.0
 BASE = "RRTConnect"
 
 
-@dataclass(frozen=True)
-class Row(bench.Row):
-    """One problem planned once with one seed by one ``method``; results are None where there are none.
-
-    ``options``: further options that are not at their defaults; ``limits`` of motions, in words; ``content``: a hash of
-    the problem's files. ``total_s`` of the wall clock and ``cpu_s`` of the processor: of the planning itself.
-    ``timed_s``, ``blended_s``, ``stopping_s``: durations with shortcuts in time, with rounded corners only, and with a
-    stop at each; ``timed_corners``, those ``blended``, and ``shortcuts`` of the first; ``proven``: as a whole;
-    ``largest_share`` of any limit, 1 is all of it; ``timing_cpu_s``: of the first.
-    """
-
-    problem: str
-    kind: str
-    method: str
-    seed: int
-    robot: str
-    collision: str
-    nodes_asked: int
-    beta: float
-    widen_limits: bool
-    options: str
-    limits: str
-    time_limit_s: float
-    content: str
-    software: str
-    outcome: str = CRASHED
-    message: str = ""
-    total_s: float | None = None
-    cpu_s: float | None = None
-    process_s: float | None = None
-    setup_s: float | None = None
-    first_path_s: float | None = None
-    roadmap_s: float | None = None
-    costs_s: float | None = None
-    gabf_s: float | None = None
-    path_s: float | None = None
-    memory_mib: float | None = None
-    nodes: int | None = None
-    edges: int | None = None
-    certified: int | None = None
-    waypoints: int | None = None
-    cost: float | None = None
-    lower_bound: float | None = None
-    length_rad: float | None = None
-    length_m: float | None = None
-    straight_rad: float | None = None
-    corners: int | None = None
-    w_min: float | None = None
-    w_mean: float | None = None
-    dips: bool | None = None
-    clearance_m: float | None = None
-    contacts: int | None = None
-    contact: str | None = None
-    timed_s: float | None = None
-    blended_s: float | None = None
-    stopping_s: float | None = None
-    toppra_s: float | None = None
-    timed_corners: int | None = None
-    blended: int | None = None
-    shortcuts: int | None = None
-    proven: bool | None = None
-    largest_share: float | None = None
-    motion_contact: str | None = None
-    knots: int | None = None
-    timing_cpu_s: float | None = None
-    roboplan_s: float | None = None
-    roboplan_share: float | None = None
-    roboplan_contact: str | None = None
-
-    @property
-    def settings(self) -> tuple[Any, ...]:
-        """How it was planned, whatever the problem and the seed."""
-        world = self.robot, self.collision, self.widen_limits
-        return (*world, self.method, self.nodes_asked, self.beta, self.options)
-
-    @property
-    def label(self) -> str:
-        """The settings as people read them."""
-        ours = f", {self.nodes_asked} nodes, beta {self.beta:g}" if self.method == OURS else f" by {self.method}"
-        text = f"{self.robot}, {self.collision}{ours}" + (", limits widened" if self.widen_limits else "")
-        return text + (f", {self.options}" if self.options else "")
+def settings(row: bench.Row) -> tuple[Any, ...]:
+    """Return how a row was planned, without its problem and seed."""
+    names = ("robot", "collision", "widen_limits", "method", "nodes_asked", "beta", "options")
+    return tuple(row[name] for name in names)
 
 
-def place(row: Row) -> tuple[Any, ...]:
-    """Where a row stands in the report."""
-    return row.settings, row.problem, row.seed
+def label(row: bench.Row) -> str:
+    """Return the settings as text."""
+    ours = f", {row.nodes_asked} nodes, beta {row.beta:g}" if row.method == OURS else f" by {row.method}"
+    text = f"{row.robot}, {row.collision}{ours}" + (", limits widened" if row.widen_limits else "")
+    return text + (f", {row.options}" if row.options else "")
 
 
-def by_settings(rows: Sequence[Row]) -> dict[str, list[Row]]:
+def group(row: bench.Row) -> tuple[Any, ...]:
+    """Return the settings, the problem and the seed of a row."""
+    return settings(row), row.problem, row.seed
+
+
+def by_settings(rows: Sequence[bench.Row]) -> dict[str, list[bench.Row]]:
     """The rows of each settings, under their label, sorted by problem and seed."""
-    groups: dict[str, list[Row]] = {}
-    for row in sorted(rows, key=place):
-        groups.setdefault(row.label, []).append(row)
+    groups: dict[str, list[bench.Row]] = {}
+    for row in sorted(rows, key=group):
+        groups.setdefault(label(row), []).append(row)
     return groups
 
 
-def tables(rows: Sequence[Row]) -> list[str]:
+def tables(rows: Sequence[bench.Row]) -> list[str]:
     """For each settings its paths and motions by scene type, and settings compared."""
     lines = []
     for label, of in by_settings(rows).items():
@@ -131,11 +69,11 @@ def _of_outcome(outcome: str) -> bench.Pick:
     return lambda rows: sum(row.outcome == outcome for row in rows)
 
 
-def _in_time(row: Row) -> bool:
+def _in_time(row: bench.Row) -> bool:
     return row.outcome == SOLVED and row.total_s is not None and row.total_s <= GOAL_SECONDS
 
 
-def _share_of_tried(rows: Sequence[Row]) -> str:
+def _share_of_tried(rows: Sequence[bench.Row]) -> str:
     tried = [row for row in rows if row.outcome != REFUSED]
     return f"{100.0 * sum(row.outcome == SOLVED for row in tried) / len(tried):.0f} %" if tried else "-"
 
@@ -191,12 +129,12 @@ _MOTIONS: dict[str, bench.Pick] = {
 }
 
 
-def aims(rows: Sequence[Row], everything: Sequence[Row] = ()) -> tuple[bench.Verdict, ...]:
+def aims(rows: Sequence[bench.Row], everything: Sequence[bench.Row] = ()) -> tuple[bench.Verdict, ...]:
     """What plans of one settings are meant to show; of 0 where there is nothing to judge by."""
     if rows[0].method != OURS:
         return ()
     tried, solved = [row for row in rows if row.outcome != REFUSED], [row for row in rows if row.outcome == SOLVED]
-    refused = f"Refused besides: {len(rows) - len(tried)}."
+    refused = f"Refused: {len(rows) - len(tried)}."
     return (
         bench.tally(
             f"Every problem whose states are within limits and free is solved within {GOAL_SECONDS:g} s.",
@@ -211,7 +149,7 @@ def aims(rows: Sequence[Row], everything: Sequence[Row] = ()) -> tuple[bench.Ver
     )
 
 
-def _aims_of_speed(rows: Sequence[Row]) -> list[bench.Verdict]:
+def _aims_of_speed(rows: Sequence[bench.Row]) -> list[bench.Verdict]:
     first, whole = (median(getattr(row, name) for row in rows) for name in ("first_path_s", "total_s"))
     return [
         bench.at_most("With coal a first proven path is there in 0.5 s in the median.", first, 0.5),
@@ -219,7 +157,7 @@ def _aims_of_speed(rows: Sequence[Row]) -> list[bench.Verdict]:
     ]
 
 
-def _aims_of_quality(solved: Sequence[Row], base: Sequence[Row]) -> list[bench.Verdict]:
+def _aims_of_quality(solved: Sequence[bench.Row], base: Sequence[bench.Row]) -> list[bench.Verdict]:
     beta = solved[0].beta if solved else None
     if beta not in (0.0, 1.0):
         return []
@@ -238,7 +176,7 @@ def _aims_of_quality(solved: Sequence[Row], base: Sequence[Row]) -> list[bench.V
     ]
 
 
-def _aims_of_motions(solved: Sequence[Row]) -> list[bench.Verdict]:
+def _aims_of_motions(solved: Sequence[bench.Row]) -> list[bench.Verdict]:
     share = median(bench.ratio(row.timed_s, row.stopping_s) for row in solved)
     over = median(bench.ratio(row.timed_s, row.toppra_s) for row in solved)
     within = (row.largest_share is not None and row.largest_share <= 1.0 for row in solved)
@@ -253,16 +191,16 @@ def _aims_of_motions(solved: Sequence[Row]) -> list[bench.Verdict]:
     ]
 
 
-def fault(row: Row) -> str:
+def fault(row: bench.Row) -> str:
     """Return the reason why a run failed, or its contacts."""
-    found = [] if row.outcome == SOLVED else [f"{row.outcome}: {row.message}"]
+    found = [] if row.outcome == SOLVED else [f"{row.outcome}: {row.message or ''}"]
     found += [f"{row.contacts} segments touch; {row.contact}"] if row.contacts else []
     found += [f"the motion touches: {row.motion_contact}"] if row.motion_contact else []
     found += ["not timed"] if row.method == OURS and row.outcome == SOLVED and row.timed_s is None else []
-    return f"{row.problem}, seed {row.seed}, {row.label}: {'; '.join(found)}" if found else ""
+    return f"{row.problem}, seed {row.seed}, {label(row)}: {'; '.join(found)}" if found else ""
 
 
-def _comparison(rows: Sequence[Row]) -> list[str]:
+def _comparison(rows: Sequence[bench.Row]) -> list[str]:
     """Settings set side by side on the runs that both solved."""
     groups = sorted(by_settings(rows).items(), key=lambda group: _rank(group[1][0]))
     lines = [
@@ -274,21 +212,21 @@ def _comparison(rows: Sequence[Row]) -> list[str]:
     return ["## Compared", "", *markdown_table(header, lines, texts=2), ""] if lines else []
 
 
-def _rank(row: Row) -> tuple[Any, ...]:
+def _rank(row: bench.Row) -> tuple[Any, ...]:
     """The base of a comparison comes first: RRTConnect, length only, plain options, fewer nodes."""
     methods = [BASE, OURS, row.method]
     place = row.robot, row.collision, row.widen_limits, methods.index(row.method)
     return (*place, row.nodes_asked, -row.beta, row.options)
 
 
-def _comparable(first: Row, second: Row) -> bool:
+def _comparable(first: bench.Row, second: bench.Row) -> bool:
     """Every settings with RRTConnect; ours that differ in one point, or at one size from length only, beta = 1."""
-    if first.settings[:3] != second.settings[:3] and BASE in (first.method, second.method):
+    if settings(first)[:3] != settings(second)[:3] and BASE in (first.method, second.method):
         return False
     if first.method == BASE or second.method != OURS or first.method != OURS:
         return first.method == BASE
-    differ = sum(a != b for a, b in zip(first.settings, second.settings, strict=True))
-    same_size = (*first.settings[:3], first.nodes_asked) == (*second.settings[:3], second.nodes_asked)
+    differ = sum(a != b for a, b in zip(settings(first), settings(second), strict=True))
+    same_size = (*settings(first)[:3], first.nodes_asked) == (*settings(second)[:3], second.nodes_asked)
     return differ == 1 or (same_size and first.beta == 1.0 and not first.options)
 
 
@@ -302,14 +240,14 @@ _COMPARED = (
 )
 
 
-def compare(one: str, first: Sequence[Row], two: str, second: Sequence[Row]) -> list[Any]:
+def compare(one: str, first: Sequence[bench.Row], two: str, second: Sequence[bench.Row]) -> list[Any]:
     """Medians, over the runs of the same problem and seed that both solved, of the second's value over the first's."""
     mine, other = ({(r.problem, r.seed) for r in rows if r.outcome == SOLVED} for rows in (first, second))
     ratios = [median(_ratios(first, second, column)) for _, column in _COMPARED]
     return [two, one, len(mine & other), *ratios, len(mine - other), len(other - mine)]
 
 
-def _ratios(base: Sequence[Row], rows: Sequence[Row], column: str) -> list[float]:
+def _ratios(base: Sequence[bench.Row], rows: Sequence[bench.Row], column: str) -> list[float]:
     """A column's value over that of ``base`` on the same problem and seed, where both are solved."""
     below = {(row.problem, row.seed): getattr(row, column) for row in base if row.outcome == SOLVED}
     found = (bench.ratio(getattr(r, column), below.get((r.problem, r.seed))) for r in rows if r.outcome == SOLVED)

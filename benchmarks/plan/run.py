@@ -1,4 +1,4 @@
-"""Measures whole plans on a folder of problems: success, paths, motions, beside OMPL's planners and by other judges.
+"""Measures whole plans on a folder of problems, and OMPL's planners on the same: success, paths, motions.
 
 How. Every run has a process of its own. Its budget is the plan's own, in nodes and motions; the time limit only kills a
 run that takes too long with its measurements. Times are of the planning itself, without the start of Python but with
@@ -33,7 +33,7 @@ from typing import Annotated, Any, Literal
 
 from benchmarks import bench
 from benchmarks.plan.case import OURS
-from benchmarks.plan.report import Row, fault, place, tables
+from benchmarks.plan.report import fault, group, tables
 from benchmarks.problems import Problem, find_problems
 from benchmarks.processes import plain_options
 from planner.base.errors import OptionError
@@ -52,7 +52,7 @@ def plan(
     limits: Annotated[LimitsRequest, bench.Flat] = LimitsRequest(),  # noqa: B008 (frozen)
     out: bench.Out = Path("bench-plan"),
     seeds: tuple[int, ...] = (0, 1, 2),
-    beside: tuple[Literal["RRTConnect", "RRT*", "BIT*"], ...] = (),
+    planners: tuple[Literal["RRTConnect", "RRT*", "BIT*"], ...] = (),
     seconds: float = 5.0,
     python: str | None = None,
     time_limit: float = 120.0,
@@ -61,7 +61,7 @@ def plan(
 ) -> int:
     """A folder of planning problems, each planned with several seeds: success, times, paths, motions, safety.
 
-    A problem is request<X>.yaml, a MoveIt motion plan request, with scene<X>.yaml or scene<X>.scene beside it, in
+    A problem is request<X>.yaml, a MoveIt motion plan request, with scene<X>.yaml or scene<X>.scene next to it, in
     FOLDER or in folders inside it, which are the scene types. All options are those of 'planner plan', but for what
     each problem says itself (scene, request, start, goal) and --seed, in whose place --seeds stands. Run again with
     another --beta, --refinement-rounds, --nodes or --collision and the same --out, and the report sets them side by
@@ -71,7 +71,7 @@ def plan(
     Args:
         folder: Folder of the problems.
         seeds: Seeds to plan every problem with.
-        beside: OMPL's planners to plan every problem with too.
+        planners: OMPL's planners to plan every problem with too.
         seconds: Processor time that OMPL's planners get.
         python: Python of an environment of its own with roboplan in it, which times the same paths.
         time_limit: Seconds after which a run is killed and recorded as timed out; the budget is in nodes and motions.
@@ -84,7 +84,7 @@ def plan(
     robot = Robot.load(str(plain.what.robot))
     words = MotionLimits.from_robot(robot, limits).text(robot)
     cases = []
-    for problem, request, method in itertools.product(problems, asked, (OURS, *beside)):
+    for problem, request, method in itertools.product(problems, asked, (OURS, *planners)):
         row = _blank(problem, request, method, limits, f"{seconds:g} s", words, time_limit)
         options = {"method": method, "seconds": seconds, "python": python}
         options |= {"request": plain_options(problem.asked(request)), "limits": bench.plain_limits(limits)}
@@ -104,12 +104,12 @@ def _blank(
     seconds: str,
     words: str,
     time_limit: float,
-) -> Row:
+) -> bench.Row:
     """The row before anything is measured; options that OMPL's planners do not have are at zero."""
     default, taken, ours = PlanRequest().config(), {*_COLUMNS, *_BY_PROBLEM}, method == OURS
     more = {k: v for k, v in request.config().items() if k not in taken and v != default[k]}
     more |= {k: v for k, v in vars(limits).items() if v is not None}
-    return Row(
+    return bench.Row(
         problem=problem.name,
         kind=problem.kind,
         method=method,
@@ -127,4 +127,4 @@ def _blank(
     )
 
 
-BENCH = bench.Bench("plan", Row, __doc__, tables, fault=fault, place=place)
+BENCH = bench.Bench("plan", __doc__, tables, fault=fault, group=group)

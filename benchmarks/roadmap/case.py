@@ -71,11 +71,11 @@ def _ours(checker: CollisionChecker, pairs: Floats, nodes: int, seed: int) -> Co
     begin = time.perf_counter()
     check_nodes(replace(roadmap, checked_by=unchecked(len(roadmap.nodes))), checker)
     checks = time.perf_counter() - begin
-    columns = _asked(checker, pairs[1:], lambda start, goal: answer(roadmap, checker, start[None], goal)[0])
+    columns = _measure_queries(checker, pairs[1:], lambda start, goal: answer(roadmap, checker, start[None], goal)[0])
     begin = time.perf_counter()
     answer(roadmap, checker, pairs[1:, 0], pairs[1, 1])
     many = 1e3 * (time.perf_counter() - begin) / len(pairs[1:])
-    graph = _looked_at(checker, roadmap.nodes, roadmap.edges, seed)
+    graph = _count_touching(checker, roadmap.nodes, roadmap.edges, seed)
     built = {"build_s": seconds, "node_checks_s": checks, "proven": int(roadmap.proven.sum()), "cpu_s": cpu}
     return columns | graph | built | {"many_ms": many}
 
@@ -126,11 +126,11 @@ def _peer(
     begin = time.perf_counter()
     build()
     seconds = time.perf_counter() - begin
-    columns = _looked_at(checker, *graph(), seed)  # before the queries, which may add to it
-    return columns | {"build_s": seconds} | _asked(checker, pairs[1:], query)
+    columns = _count_touching(checker, *graph(), seed)  # before the queries, which may add to it
+    return columns | {"build_s": seconds} | _measure_queries(checker, pairs[1:], query)
 
 
-def _asked(checker: CollisionChecker, pairs: Floats, query: Answer) -> Columns:
+def _measure_queries(checker: CollisionChecker, pairs: Floats, query: Answer) -> Columns:
     """How long the queries take, one by one, and whether their answers touch anything at a millimetre of motion."""
     seconds, paths = [], []
     for start, goal in pairs:
@@ -154,7 +154,7 @@ def _with(checker: CollisionChecker, backend: str) -> CollisionChecker:
     return make_checker(checker.robot, checker.world.scene, backend)
 
 
-def _looked_at(checker: CollisionChecker, nodes: Floats, edges: Ints, seed: int) -> Columns:
+def _count_touching(checker: CollisionChecker, nodes: Floats, edges: Ints, seed: int) -> Columns:
     """The size of the roadmap, and how many of its edges touch something at a millimetre of motion."""
     coal, rng = _with(checker, "coal"), np.random.default_rng(seed)  # FCL would take minutes
     rows = rng.permutation(len(edges))[:_EDGES_LOOKED_AT]

@@ -1,14 +1,23 @@
-"""The rows of ``benchmarks roadmap``, and the tables of them."""
+"""The rows of ``benchmarks roadmap``, and the tables of them.
+
+Columns. One method in one scene. Up to ``software``: the settings; then the results.
+
+``build_s``: seconds to a roadmap of ``nodes`` nodes; ``node_checks_s``: of these, the checker's look at every node,
+measured again by itself. ``query_ms``, ``query_worst_ms``: median and longest of the ``queries`` new starts and
+goals put to it one by one, of which ``solved`` were solved. ``many_ms``: milliseconds a start where all starts share
+one goal and one field. ``touching``: of ``looked_at`` edges of the roadmap, those on which coal finds a contact when
+they are sampled every millimetre of motion. ``contacts``: segments of the answered paths on which it does. ``plan_s``
+and ``memory_mib``, the peak of its process, belong to the rows of whole plans. ``cpu_s``: processor time of our
+building, or of the plan.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Any
 
 from benchmarks import bench
 from benchmarks.text import markdown_table
-from planner.batch.run import CRASHED
 
 OURS = "gabf-planner"
 PEERS = OMPL, OMPL_PLAIN = "OMPL PRM, our checker", "OMPL PRM, plain coal"
@@ -17,48 +26,7 @@ _LARGE = 20_000  # nodes
 MEASURED = "measured"
 
 
-@dataclass(frozen=True)
-class Row(bench.Row):
-    """One method in one scene. Up to ``software``: the settings; then the results.
-
-    ``build_s``: seconds to a roadmap of ``nodes`` nodes; ``node_checks_s``: of these, the checker's look at every node,
-    measured once more by itself. ``query_ms``, ``query_worst_ms``: median and longest of the ``queries`` new starts and
-    goals put to it one by one, of which ``solved`` were solved. ``many_ms``: milliseconds a start where all starts
-    share one goal and one field. ``touching``: of ``looked_at`` edges of the roadmap, those on which coal finds a
-    contact when they are sampled every millimetre of motion. ``contacts``: segments of the answered paths on which it
-    does. ``plan_s`` and ``memory_mib``, the peak of its process, belong to the rows of whole plans. ``cpu_s``:
-    processor time of our building, or of the plan.
-    """
-
-    method: str
-    robot: str
-    scene: str
-    collision: str
-    nodes_asked: int
-    queries: int
-    seed: int
-    time_limit_s: float
-    software: str
-    outcome: str = CRASHED
-    message: str = ""
-    build_s: float | None = None
-    node_checks_s: float | None = None
-    nodes: int | None = None
-    edges: int | None = None
-    proven: int | None = None
-    query_ms: float | None = None
-    query_worst_ms: float | None = None
-    solved: int | None = None
-    many_ms: float | None = None
-    looked_at: int | None = None
-    touching: int | None = None
-    contacts: int | None = None
-    cpu_s: float | None = None
-    plan_s: float | None = None
-    memory_mib: float | None = None
-
-
-def aims(rows: Sequence[Row]) -> tuple[bench.Verdict, ...]:
+def aims(rows: Sequence[bench.Row]) -> tuple[bench.Verdict, ...]:
     """What is meant to show, and whether these rows do; of 0 where it was not measured."""
     every = [row for row in rows if row.method == OURS and row.build_s is not None]
     ours = [row for row in every if row.nodes_asked == rows[0].nodes_asked]
@@ -98,7 +66,7 @@ def aims(rows: Sequence[Row]) -> tuple[bench.Verdict, ...]:
     )
 
 
-def tables(rows: Sequence[Row]) -> list[str]:
+def tables(rows: Sequence[bench.Row]) -> list[str]:
     """Return a table of roadmaps and one of their growth."""
     ours = next((row for row in rows if row.method == OURS), None)
     header = ["method", "build (s)", "over ours", "nodes", "edges", "proven", "touching", "query (ms)", "over ours"]
@@ -108,12 +76,12 @@ def tables(rows: Sequence[Row]) -> list[str]:
     return [*lines, *_node_checks(ours), *_growth(rows)]
 
 
-def fault(row: Row) -> str:
+def fault(row: bench.Row) -> str:
     """A method that was not measured."""
-    return "" if row.outcome == MEASURED else f"{row.method}: {row.outcome}. {row.message}".rstrip()
+    return "" if row.outcome == MEASURED else f"{row.method}: {row.outcome}. {row.message or ''}".rstrip()
 
 
-def _node_checks(ours: Row | None) -> list[str]:
+def _node_checks(ours: bench.Row | None) -> list[str]:
     """What the look at every node costs, and the build without it."""
     if ours is None or ours.build_s is None or ours.node_checks_s is None or not ours.nodes:
         return []
@@ -124,7 +92,7 @@ def _node_checks(ours: Row | None) -> list[str]:
     return [f"{text}; without it the build takes {without:.3f} s.", ""]
 
 
-def _growth(rows: Sequence[Row]) -> list[str]:
+def _growth(rows: Sequence[bench.Row]) -> list[str]:
     """How ours grows with the nodes, where more than one number of them was measured."""
     plans = {row.nodes_asked: row for row in rows if row.method == PLAN}
     maps = {row.nodes_asked: row for row in rows if row.method == OURS}
@@ -156,7 +124,7 @@ def _growth(rows: Sequence[Row]) -> list[str]:
     return [*markdown_table(header, lines, texts=0), "", f"Growth with the nodes, fitted: {fitted}.", ""]
 
 
-def _title(rows: Sequence[Row]) -> str:
+def _title(rows: Sequence[bench.Row]) -> str:
     if not rows:
         return "Nothing was measured."
     row = rows[0]
@@ -164,7 +132,7 @@ def _title(rows: Sequence[Row]) -> str:
     return f"{row.robot} in {row.scene}, {row.collision}, {size}."
 
 
-def _cells(row: Row, ours: Row | None) -> list[Any]:
+def _cells(row: bench.Row, ours: bench.Row | None) -> list[Any]:
     build, query = (bench.ratio(getattr(row, name), getattr(ours, name, None)) for name in ("build_s", "query_ms"))
     touching = None if row.touching is None else f"{row.touching} of {row.looked_at}"
     cells = [row.method, row.build_s, build, row.nodes, row.edges, row.proven, touching, row.query_ms, query]

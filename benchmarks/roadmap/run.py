@@ -20,7 +20,7 @@ from pathlib import Path
 from typing import Any
 
 from benchmarks import bench
-from benchmarks.roadmap.report import OURS, PEERS, PLAN, Row, aims, fault, tables
+from benchmarks.roadmap.report import OURS, PEERS, PLAN, aims, fault, tables
 from planner.base.errors import OptionError
 from planner.base.progress import Progress
 from planner.problem.options import Backend
@@ -63,9 +63,12 @@ def roadmap(
     methods += [(method, size) for size in dict.fromkeys((nodes, *sizes)) for method in (OURS, PLAN) if sizes]
     cases = []
     for method, size in dict.fromkeys(methods):
-        asked = robot, scene, collision, size, queries, seed, time_limit, bench.software()
+        asked = robot, scene, collision, size, queries, seed, time_limit
         options = {"method": method, "robot": robot, "scene": scene, "collision": collision, "nodes": size}
-        cases.append(bench.Case((Row(method, *asked),), options | {"queries": queries, "seed": seed}))
+        names = "method robot scene collision nodes_asked queries seed time_limit_s"
+        cases.append(
+            bench.Case((bench.make_settings(names, method, *asked),), options | {"queries": queries, "seed": seed})
+        )
     return bench.run_bench(BENCH, out, cases, partial(_measure, time_limit=time_limit))
 
 
@@ -73,4 +76,4 @@ def _measure(options: dict[str, Any], progress: Progress, time_limit: float) -> 
     return bench.measure_apart("benchmarks.roadmap.case", options, progress, time_limit)
 
 
-BENCH = bench.Bench("roadmap", Row, __doc__, tables, aims, fault)
+BENCH = bench.Bench("roadmap", __doc__, tables, aims, fault)

@@ -1,1 +1,1 @@
-"""``benchmarks tables``: ours beside published numbers, with their sources and what differs."""
+"""``benchmarks tables``: published numbers with ours, their sources and differences."""

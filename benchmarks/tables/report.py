@@ -1,45 +1,23 @@
-"""The rows of ``benchmarks tables``, and the tables of them with the published numbers."""
+"""The rows of ``benchmarks tables``, and the tables of them with the published numbers.
+
+Columns. A row is one task by one of our methods.
+
+``seconds`` of the wall clock and ``cpu_s`` of the processor count from the loaded robot and scene; ``build_s`` is the
+time of the saved roadmap, which they leave out. ``contacts``: segments on which the library that has not planned finds
+a contact at a millimetre of motion.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 from benchmarks import bench
 from benchmarks.tables.published import GCS_TASKS, LENGTHS_RAD, MISSING, SECONDS, SOURCE
 from benchmarks.text import markdown_table
-from planner.batch.run import CRASHED, SOLVED
+from planner.batch.run import SOLVED
 
 
-@dataclass(frozen=True)
-class Row(bench.Row):
-    """One task by one of our methods; a field after ``software`` is None where there is no result.
-
-    ``seconds`` of the wall clock and ``cpu_s`` of the processor count from the loaded robot and scene; ``build_s`` is
-    the time of the saved roadmap, which they leave out. ``contacts``: segments on which the library that has not
-    planned finds a contact at a millimetre of motion.
-    """
-
-    task: str
-    method: str
-    nodes: int
-    seed: int
-    collision: str
-    content: str
-    software: str
-    outcome: str = CRASHED
-    message: str = ""
-    seconds: float | None = None
-    cpu_s: float | None = None
-    build_s: float | None = None
-    length_rad: float | None = None
-    straight_rad: float | None = None
-    w_min: float | None = None
-    w_mean: float | None = None
-    contacts: int | None = None
-
-
-def tables(rows: Sequence[Row]) -> list[str]:
+def tables(rows: Sequence[bench.Row]) -> list[str]:
     """Return tables of length, seconds and manipulability, a line per task, with the published columns first."""
     lines = ["Published numbers are copied, ours are measured.", "", "## Five tasks of the iiwa 14", ""]
     lines += _columns("length (rad)", rows, "length_rad", LENGTHS_RAD)
@@ -50,7 +28,7 @@ def tables(rows: Sequence[Row]) -> list[str]:
 
 
 def _columns(
-    title: str, rows: Sequence[Row], name: str, published: dict[str, tuple[float, ...]] | None = None
+    title: str, rows: Sequence[bench.Row], name: str, published: dict[str, tuple[float, ...]] | None = None
 ) -> list[str]:
     """Return a table of one column of the rows: a line per task, a cell per published method and per method of ours."""
     methods, theirs = list(dict.fromkeys(row.method for row in rows)), published or {}
@@ -65,12 +43,12 @@ def _columns(
     return [*markdown_table([*header, *(["straight line"] if name == "length_rad" else [])], lines), ""]
 
 
-def fault(row: Row) -> str:
+def fault(row: bench.Row) -> str:
     """Return the outcome of a task that is not solved, else an empty text."""
-    return "" if row.outcome == SOLVED else f"{row.task}, {row.method}: {row.outcome}. {row.message}"
+    return "" if row.outcome == SOLVED else f"{row.task}, {row.method}: {row.outcome}. {row.message or ''}"
 
 
-def aims(rows: Sequence[Row]) -> tuple[bench.Verdict, ...]:
+def aims(rows: Sequence[bench.Row]) -> tuple[bench.Verdict, ...]:
     """Return the verdicts on our own rows."""
     solved = [row for row in rows if row.outcome == SOLVED]
     return (

@@ -16,7 +16,7 @@ from typing import Any
 from benchmarks import bench
 from benchmarks.tables.case import SAVED
 from benchmarks.tables.published import GCS, GCS_TASKS
-from benchmarks.tables.report import Row, aims, fault
+from benchmarks.tables.report import aims, fault
 from benchmarks.tables.report import tables as _tables
 from planner.base.errors import OptionError
 from planner.base.progress import Progress
@@ -47,11 +47,12 @@ def tables(
     methods = {"path only": plain.with_options(path_only=True, nodes=PAPER_NODES)}
     methods |= {f"beta {beta:g}": plain.with_options(beta=beta) for beta in betas}
     methods |= {SAVED: plain.with_options(beta=1.0)}
-    content, here = Scene.load(GCS).identity[:8], bench.software()
+    content = Scene.load(GCS).identity[:8]
     cases = []
     for method, request in methods.items():
-        settings = request.quality.nodes, request.quality.seed, request.what.collision, content, here
-        rows = tuple(Row(f"{start} to {goal}", method, *settings) for start, goal in GCS_TASKS)
+        settings = request.quality.nodes, request.quality.seed, request.what.collision, content
+        names = "task method nodes seed collision content"
+        rows = [bench.make_settings(names, " to ".join(ends), method, *settings) for ends in GCS_TASKS]
         cases.append(bench.Case(rows, {"method": method, "tasks": GCS_TASKS, "request": request.config()}))
     return bench.run_bench(BENCH, out, cases, _measure)
 
@@ -60,4 +61,4 @@ def _measure(options: dict[str, Any], progress: Progress) -> Any:
     return bench.measure_apart("benchmarks.tables.case", options, progress)
 
 
-BENCH = bench.Bench("tables", Row, __doc__, _tables, aims, fault)
+BENCH = bench.Bench("tables", __doc__, _tables, aims, fault)

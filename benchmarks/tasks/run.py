@@ -5,13 +5,19 @@ home: up to 200 generated grasps, 20 placements, beta 0.5. Greedy does each step
 looked at every 0.1 mm of motion by coal in worlds built from plan.json, the object included. A task that is not solved
 is planned with ten times the nodes too. Seconds are of the processor. Limitations. States every 0.1 mm are no proof;
 one robot, and three kinds of scenes.
+
+Columns. One task. ``grasps`` and ``pairs`` of a grasp and a placement were tried; ``nodes_all`` has the network.
+
+``tenfold``: how it ended with ten times the nodes, asked where it was not solved. ``greedy_cost``: best grasp first,
+then path, then placement, on the same network; None where that got ``stuck``. ``segments_bad``: of the proven motion,
+with a contact every 0.1 mm. ``again_s``: at another beta.
 """
 
 from __future__ import annotations
 
 import time
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -30,38 +36,6 @@ from planner.tasks.plan import TaskPlanner
 
 STEP = 1e-4  # m of motion between the states at which a motion is looked at again
 _TENFOLD = 10  # times as many nodes, where a task was not solved
-
-
-@dataclass(frozen=True)
-class Row(bench.Row):
-    """One task. ``grasps`` and ``pairs`` of a grasp and a placement were tried; ``nodes_all`` has the network.
-
-    ``tenfold``: how it ended with ten times the nodes, asked where it was not solved. ``greedy_cost``: best grasp
-    first, then path, then placement, on the same network; None where that got ``stuck``. ``segments_bad``: of the
-    proven motion, with a contact every 0.1 mm. ``again_s``: at another beta.
-    """
-
-    kind: str
-    number: int
-    nodes: int
-    seed: int
-    software: str
-    outcome: str = ""
-    message: str = ""
-    tenfold: str = ""
-    grasps: int = 0
-    pairs: int = 0
-    modes: int | None = None
-    nodes_all: int | None = None
-    rounds: int | None = None
-    cost: float | None = None
-    greedy_cost: float | None = None
-    stuck: bool = False
-    proven: bool | None = None
-    segments_bad: int | None = None
-    duration: float | None = None
-    first_s: float = 0.0
-    again_s: float | None = None
 
 
 def tasks(
@@ -86,12 +60,15 @@ def tasks(
     RoadmapQuality(nodes, seed)  # refuses what is out of range
     if scenes < 1 or not set(kinds) <= set(KINDS):
         raise OptionError(f"give at least 1 scene, and kinds out of {', '.join(KINDS)}.")
-    here = bench.software()
-    rows = [Row(kind, number, nodes, seed, here) for kind in kinds for number in range(scenes)]
+    rows = [
+        bench.make_settings("kind number nodes seed", kind, number, nodes, seed)
+        for kind in kinds
+        for number in range(scenes)
+    ]
     return bench.run_bench(BENCH, out, [bench.Case((row,), row) for row in rows], _measure, workers)
 
 
-def _measure(row: Row, progress: Progress) -> dict[str, Any] | None:
+def _measure(row: bench.Row, progress: Progress) -> dict[str, Any] | None:
     task, begun = seeded_task(row.kind, row.number, row.seed), time.process_time()
     planner = TaskPlanner.from_task(task, nodes=row.nodes, seed=row.seed)
     found = planner.plan(timing=None)
@@ -144,7 +121,7 @@ def greedy_cost(planner: TaskPlanner, beta: float = 0.5) -> float | None:
     return total
 
 
-def tables(rows: Sequence[Row]) -> list[str]:
+def tables(rows: Sequence[bench.Row]) -> list[str]:
     """A line per kind of scene, and of all."""
     solved = lambda read: lambda some: read([row for row in some if row.outcome == SOLVED])  # noqa: E731
     columns: dict[str, bench.Pick] = {
@@ -161,8 +138,8 @@ def tables(rows: Sequence[Row]) -> list[str]:
     return bench.table(rows, ["kind"], columns, whole=True)
 
 
-def _dearer(row: Row) -> float | None:
+def _dearer(row: bench.Row) -> float | None:
     return row.greedy_cost / row.cost - 1 if row.greedy_cost and row.cost else None
 
 
-BENCH = bench.Bench("tasks", Row, __doc__, tables)
+BENCH = bench.Bench("tasks", bench.Row, __doc__, tables)

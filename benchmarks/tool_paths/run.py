@@ -5,6 +5,11 @@ its axis; for roboplan it keeps the turn with which ours begins, and begins ther
 every 0.05 mm of the tool's way, with Pinocchio's frames; coal looks every 0.5 mm. Rasters have 200 points. Seconds are
 of CPU, first to motion. toppra (where it is installed) runs along the same curve without limits on jerk. Limitations.
 Looks at 0.05 mm are no proof; the paths lie away from joint limits, so shares followed are those of reachable places.
+
+Columns. One path. ``followed``: share of it, and by a ladder of four times as many solutions; ``position`` and
+``angle``: the largest deviations that the judge saw, as shares of the tube; ``jump``: largest step of a joint between
+two looks (rad); seconds of CPU from nothing without a motion, with another beta, and for the same again with a motion.
+``toppra_s``: how long toppra takes along the same curve; then what roboplan's Cartesian planner makes of the path.
 """
 
 from __future__ import annotations
@@ -13,7 +18,7 @@ import itertools
 import re
 import time
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, replace
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -23,7 +28,7 @@ import numpy as np
 from benchmarks import bench
 from benchmarks.others import roboplan_runner
 from benchmarks.others.elsewhere import answer_of, environments
-from benchmarks.others.roboplan_law import roboplan_motion, told
+from benchmarks.others.roboplan_law import describe_robot, roboplan_motion
 from benchmarks.others.toppra_law import installed, toppra_duration
 from benchmarks.text import markdown_table, median
 from benchmarks.tool_paths.judge import deviations, states_every, tool_frames
@@ -53,42 +58,6 @@ _OPTIMUM = 1.05  # of toppra's duration
 _WHOLE = 1.0 - 1e-9  # share of a path that counts as followed
 
 
-@dataclass(frozen=True)
-class Row(bench.Row):
-    """One path. ``followed``: share of it, and by a ladder of four times as many solutions; ``position`` and ``angle``:
-    the largest deviations that the judge saw, as shares of the tube; ``jump``: largest step of a joint between two
-    looks (rad); seconds of CPU from nothing without a motion, with another beta, and for the same again with a motion.
-    ``toppra_s``: how long toppra takes along the same curve; then what roboplan's Cartesian planner makes of the path.
-    """
-
-    robot: str
-    scene: str
-    kind: str
-    seed: int
-    software: str
-    points: int = 0
-    followed: float = 0.0
-    denser: float = 0.0
-    proven: bool = False
-    position: float = 0.0
-    angle: float = 0.0
-    contacts: int = 0
-    jump: float = 0.0
-    w_min: float = 0.0
-    duration: float = 0.0
-    first_s: float = 0.0
-    again_s: float = 0.0
-    motion_s: float = 0.0
-    outcome: str = ""
-    toppra_s: float | None = None
-    roboplan_followed: float | None = None
-    roboplan_position: float | None = None
-    roboplan_angle: float | None = None
-    roboplan_contacts: int | None = None
-    roboplan_w_min: float | None = None
-    roboplan_duration: float | None = None
-
-
 def tool_paths(
     out: bench.Out = Path("bench-tool-paths"),
     robots: tuple[str, ...] = ("panda", "iiwa14", "ur5"),
@@ -115,12 +84,12 @@ def tool_paths(
     for kind in kinds:
         if kind not in KINDS:
             raise OptionError(f"kind '{kind}' not found; kinds are {', '.join(KINDS)}.")
-    here = bench.software()
-    rows = [Row(*each, here) for each in itertools.product(robots, scenes, kinds, range(seed, seed + paths))]
+    settings = itertools.product(robots, scenes, kinds, range(seed, seed + paths))
+    rows = [bench.make_settings("robot scene kind seed", *each) for each in settings]
     return bench.run_bench(BENCH, out, [bench.Case((row,), row) for row in rows], partial(_measure, python=other))
 
 
-def path_of(case: Row, checker: CollisionChecker) -> ToolPath:
+def path_of(case: bench.Row, checker: CollisionChecker) -> ToolPath:
     """A path around where the tool is in a free configuration: 200 points of a raster, a line, or a circle.
 
     Across the tool's z axis, about which it may turn.
@@ -153,7 +122,7 @@ def _flat_points(kind: str) -> Floats:
     return np.array(rows)
 
 
-def _measure(case: Row, progress: Progress, python: str) -> dict[str, Any]:
+def _measure(case: bench.Row, progress: Progress, python: str) -> dict[str, Any]:
     request = FollowRequest.from_options(robot=case.robot, scene=case.scene, seed=case.seed)
     checker = make_checker_for(request.what)
     path = path_of(case, checker)
@@ -170,7 +139,7 @@ def _measure(case: Row, progress: Progress, python: str) -> dict[str, Any]:
     columns: dict[str, Any] = {"first_s": planned - begin, "again_s": again - planned, "motion_s": motion - again}
     columns |= {"points": int(path.given.max()), "followed": found.record.followed, "proven": found.record.proven}
     columns |= {"denser": Follower.from_tool_path(path, request.with_options(ladder_density=_DENSER)).reached.share}
-    columns |= {} if timed.trajectory is None else _judged(timed.trajectory, checker, path)
+    columns |= dict.fromkeys(_JUDGED, 0.0) if timed.trajectory is None else _judged(timed.trajectory, checker, path)
     columns |= {"toppra_s": _toppra(follower, timed)} if installed() and len(timed.path) > 1 else {}
     columns |= _by_roboplan(python, timed, checker, path) if python and len(timed.path) else {}
     return columns | {"outcome": first.outcome.key}
@@ -191,7 +160,7 @@ def _by_roboplan(python: str, timed: Plan, checker: CollisionChecker, path: Tool
     robot, limits = timed.robot, MotionLimits.from_robot(timed.robot)
     poses = np.tile(np.eye(4), (len(path.positions), 1, 1))
     poses[:, :3, :3], poses[:, :3, 3] = tool_frames(robot, timed.path[:1])[0], path.positions
-    problem = told(robot, limits) | {
+    problem = describe_robot(robot, limits) | {
         "tool": robot.tool,
         "poses": (np.linalg.inv(robot.base) @ poses).tolist(),  # it knows of no scene that places the robot
         "start": timed.path[0].tolist(),
@@ -221,8 +190,8 @@ def _judged(made: Trajectory, checker: CollisionChecker, path: ToolPath) -> dict
     return dict(zip(_JUDGED, found, strict=True))
 
 
-def tables(rows: Sequence[Row]) -> list[str]:
-    """A line per robot, scene and kind; then ours beside roboplan's."""
+def tables(rows: Sequence[bench.Row]) -> list[str]:
+    """Return a line per robot, scene and kind, and a comparison with roboplan."""
     columns: dict[str, bench.Pick] = {
         "paths": len,
         "whole": bench.total(lambda row: row.followed >= _WHOLE),
@@ -234,14 +203,14 @@ def tables(rows: Sequence[Row]) -> list[str]:
         "motion (s)": bench.middle("motion_s"),
     }
     both = [row for row in rows if row.roboplan_followed is not None]
-    return bench.table(rows, ["robot", "scene", "kind"], columns) + (_beside_roboplan(both) if both else [])
+    return bench.table(rows, ["robot", "scene", "kind"], columns) + (_compare_with_roboplan(both) if both else [])
 
 
-def aims(rows: Sequence[Row]) -> tuple[bench.Verdict, ...]:
+def aims(rows: Sequence[bench.Row]) -> tuple[bench.Verdict, ...]:
     """The aims of following, and the number of rows that meet them."""
     moved, whole = [row for row in rows if row.followed > 0], [row for row in rows if row.denser >= _WHOLE]
     rasters = [row for row in rows if row.kind == "raster" and row.followed >= _WHOLE]
-    followed, beside = [row.followed >= _WHOLE for row in whole], [row for row in rows if row.toppra_s]
+    followed, compared = [row.followed >= _WHOLE for row in whole], [row for row in rows if row.toppra_s]
     inside = [max(row.position, row.angle) <= 1.0 for row in moved]
     slower = f"A motion takes {_OPTIMUM:g} of the time that toppra takes along the same curve."
     return (
@@ -250,12 +219,12 @@ def aims(rows: Sequence[Row]) -> tuple[bench.Verdict, ...]:
         bench.tally("No look finds the tool outside the tube.", inside, ""),
         bench.tally("coal finds no contact.", [row.contacts == 0 for row in moved], ""),
         bench.tally(f"A raster is planned in {_FIRST:g} s.", [row.first_s <= _FIRST for row in rasters], ""),
-        bench.tally(slower, [row.duration <= _OPTIMUM * (row.toppra_s or 0.0) for row in beside], ""),
+        bench.tally(slower, [row.duration <= _OPTIMUM * (row.toppra_s or 0.0) for row in compared], ""),
         bench.tally(f"Another beta takes {_AGAIN:g} s.", [row.again_s <= _AGAIN for row in rasters], ""),
     )
 
 
-def _beside_roboplan(rows: Sequence[Row]) -> list[str]:
+def _compare_with_roboplan(rows: Sequence[bench.Row]) -> list[str]:
     """Shares followed, deviations, smallest w and durations, ours and roboplan's."""
     header = ["software", "share followed, mean", "whole", "deviation / tube", "contacts", "w, median", "s, median"]
     shares = [row.followed for row in rows], [row.roboplan_followed or 0.0 for row in rows]
@@ -266,8 +235,8 @@ def _beside_roboplan(rows: Sequence[Row]) -> list[str]:
         off = max([*found["position"], *found["angle"]], default=0.0)
         middle = [median(found[key]) for key in ("w_min", "duration")]
         lines.append([name, sum(of) / len(of), sum(s >= _WHOLE for s in of), off, sum(found["contacts"]), *middle])
-    said = "Beside roboplan's Cartesian planner on the same paths; from the third number on where both follow all:"
+    said = "Roboplan's Cartesian planner on the same paths; from the third number on where both follow all:"
     return [said, "", *markdown_table(header, lines)]
 
 
-BENCH = bench.Bench("tool-paths", Row, __doc__, tables, aims)
+BENCH = bench.Bench("tool-paths", bench.Row, __doc__, tables, aims)

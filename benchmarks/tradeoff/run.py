@@ -5,6 +5,13 @@ each roadmap its own scale: compare shares of them over seeds. Both costs are su
 each searched, on one scale: that of the roadmap as it grew, which both share. Seconds are of the processor, all stages
 without the page; a sweep's are those of all its motions.
 Limitations. Two scenes.
+
+Columns. The sweep's path at ``beta``, and a plan there: ``ratio`` of their costs, ``cpu_s`` of the plan and of the
+sweep.
+
+The path is the best one from ``beta_min`` to ``beta_max``, w_min is in m³, length in rad, duration in s, clearance in
+m; ``gain`` and ``added_length`` are its shares of what beta 0 saves in Omega and adds in D over beta 1; ``knee`` says
+whether it is the knee of the front.
 """
 
 from __future__ import annotations
@@ -12,7 +19,6 @@ from __future__ import annotations
 import itertools
 import time
 from collections.abc import Sequence
-from dataclasses import dataclass
 from pathlib import Path
 
 from benchmarks import bench
@@ -25,40 +31,6 @@ from planner.tradeoff.sweep import sweep
 
 _WORLDS = (("iiwa14", "paper"), ("panda", "shelf"))
 _MOST = 1.005
-
-
-@dataclass(frozen=True)
-class Row(bench.Row):
-    """The sweep's path at ``beta``, and a plan there: ``ratio`` of their costs, ``cpu_s`` of the plan and of the sweep.
-
-    The path is the best one from ``beta_min`` to ``beta_max``, w_min is in m³, length in rad, duration in s, clearance
-    in m; ``gain`` and ``added_length`` are its shares of what beta 0 saves in Omega and adds in D over beta 1;
-    ``knee`` says whether it is the knee of the front.
-    """
-
-    robot: str
-    scene: str
-    nodes: int
-    seed: int
-    beta: float
-    plans: bool
-    software: str
-    plan_cost: float | None = None
-    sweep_cost: float | None = None
-    ratio: float | None = None
-    plan_cpu_s: float | None = None
-    sweep_cpu_s: float | None = None
-    beta_min: float | None = None
-    beta_max: float | None = None
-    omega: float | None = None
-    distance: float | None = None
-    w_min: float | None = None
-    length: float | None = None
-    duration: float | None = None
-    clearance: float | None = None
-    gain: float | None = None
-    added_length: float | None = None
-    knee: bool | None = None
 
 
 def tradeoff(
@@ -80,14 +52,15 @@ def tradeoff(
         nodes: Configurations in the roadmaps.
         plans: Plan at each beta too.
     """
-    here, cases = bench.software(), []
+    cases = []
     for world, seed in itertools.product(_WORLDS, range(seeds)):
-        rows = tuple(Row(*world, nodes, seed, beta, plans, here) for beta in betas)
+        names = "robot scene nodes seed beta plans"
+        rows = tuple(bench.make_settings(names, *world, nodes, seed, beta, plans) for beta in betas)
         cases.append(bench.Case(rows, rows))
     return bench.run_bench(BENCH, out, cases, _measure)
 
 
-def _measure(rows: tuple[Row, ...], progress: Progress) -> list[bench.Columns] | None:
+def _measure(rows: tuple[bench.Row, ...], progress: Progress) -> list[bench.Columns] | None:
     options: bench.Columns = {name: getattr(rows[0], name) for name in ("robot", "scene", "nodes", "seed")}
     begin, columns = time.process_time(), list[bench.Columns]()
     swept = sweep(request=SweepRequest.from_options(**options), progress=progress)
@@ -118,7 +91,7 @@ def _of_path(swept: Tradeoff, beta: float) -> bench.Columns:
     return short | {"knee": item is swept.knee}
 
 
-def tables(rows: Sequence[Row]) -> list[str]:
+def tables(rows: Sequence[bench.Row]) -> list[str]:
     """A line per world and beta."""
     columns: dict[str, bench.Pick] = {
         "seeds": len,
@@ -134,10 +107,10 @@ def tables(rows: Sequence[Row]) -> list[str]:
     return bench.table(rows, ["robot", "scene", "beta"], columns)
 
 
-def aims(rows: Sequence[Row]) -> tuple[bench.Verdict, ...]:
+def aims(rows: Sequence[bench.Row]) -> tuple[bench.Verdict, ...]:
     """What is meant to hold."""
     held = [row.ratio is not None and row.ratio <= _MOST for row in rows if row.plan_cpu_s is not None]
     return (bench.tally(f"A plan costs at most {_MOST:g} of the sweep's path at its beta.", held, ""),)
 
 
-BENCH = bench.Bench("tradeoff", Row, __doc__, tables, aims, must_hold=True)
+BENCH = bench.Bench("tradeoff", bench.Row, __doc__, tables, aims, must_hold=True)

@@ -14,7 +14,7 @@ import pinocchio as pin
 import pytest
 
 from benchmarks.others import elsewhere, roboplan_runner, solver_runner
-from benchmarks.others.exchange import exchanged
+from benchmarks.others.exchange import describe_problem
 from benchmarks.tool_paths.judge import deviations
 from planner.base.errors import PlannerError
 from planner.collision.checker import is_free
@@ -39,7 +39,7 @@ def problem(tmp_path: Path) -> dict[str, Any]:
     request = PlanRequest.from_options(
         robot="planar_2r", scene=str(tmp_path / "scene.yaml"), start="q:-1.0,0.8", goal="q:1.0,-0.8"
     )
-    return exchanged(make_query(request.what), 3, 2.0)
+    return describe_problem(make_query(request.what), 3, 2.0)
 
 
 def pinocchio_world(data: dict[str, Any]) -> tuple[Any, Any]:
@@ -72,7 +72,7 @@ def pinocchio_world(data: dict[str, Any]) -> tuple[Any, Any]:
 def test_the_problem_that_others_get_is_ours(robot: str, scene: str) -> None:
     """Pinocchio's own collision pairs on the exchanged data, against our checker, on random configurations."""
     query = make_query(PlanRequest.from_options(robot=robot, scene=scene, collision="coal").what)
-    data = exchanged(query, 0, 1.0)
+    data = describe_problem(query, 0, 1.0)
     model, geometry = pinocchio_world(data)
     held, found = model.createData(), geometry.createData()
     np.testing.assert_allclose(model.lowerPositionLimit, query.robot.lower)

@@ -1,16 +1,15 @@
 """``benchmarks plan``: what a row counts is there, and what was asked otherwise is measured anew."""
 
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from benchmarks.looks import path_contacts
-from benchmarks.plan.report import Row, aims, compare, fault
+from benchmarks.plan.report import aims, compare, fault
 from benchmarks.plan.run import BENCH
 from benchmarks.plan.run import plan as bench_plan
-from benchmarks.results import read_rows
+from benchmarks.results import Row, read_rows
 from planner.batch.run import CRASHED, SOLVED, TIMED_OUT
 from planner.collision import make_checker
 from planner.problem.request import LimitsRequest, PlanRequest
@@ -30,7 +29,7 @@ def folder(tmp_path: Path) -> Path:
 
 def rows_of(folder: Path, out: Path, plain: PlanRequest = PLAIN, **more) -> list[Row]:
     assert bench_plan(folder, plain, LIMITS, out, **{"seeds": (0,)} | more) == 0
-    return read_rows(out / "plan.csv", Row, "python -m benchmarks plan")
+    return read_rows(out / "plan.csv", "python -m benchmarks plan")
 
 
 def test_a_planted_contact_is_counted() -> None:
@@ -67,9 +66,10 @@ def test_a_crash_is_a_row(folder: Path, tmp_path: Path, monkeypatch: pytest.Monk
 
 
 def solved(problem: str, method: str = "planner", **more) -> Row:
-    ours = {"certified": 9, "edges": 9, "contacts": 0, "timed_s": 1.0, "proven": True, "largest_share": 0.9}
-    place = ("panda", "coal", 1000 if method == "planner" else 0, 1.0, False, "", "", 60.0, "", "here", SOLVED)
-    return replace(Row(problem, "posts", method, 0, *place), total_s=2.0, **ours | more)
+    row = Row(problem=problem, kind="posts", method=method, seed=0, robot="panda", collision="coal", beta=1.0)
+    row |= {"nodes_asked": 1000 if method == "planner" else 0, "widen_limits": False, "options": "", "limits": ""}
+    row |= {"software": "here", "outcome": SOLVED, "total_s": 2.0, "certified": 9, "edges": 9, "contacts": 0}
+    return Row({**row, "timed_s": 1.0, "proven": True, "largest_share": 0.9, **more})
 
 
 def test_ratios_are_medians_over_the_problems_that_both_solved() -> None:
@@ -83,7 +83,7 @@ def test_ratios_are_medians_over_the_problems_that_both_solved() -> None:
     met = {aim.sentence: aim for aim in aims(ours, [*base, *ours]) if aim.of}
     assert all(aim.holds for aim in met.values())
     assert any("0.97 of RRTConnect's" in sentence for sentence in met)
-    bad = [replace(row, contacts=1, motion_contact="'a' and 'b'", largest_share=1.1, proven=False) for row in ours]
+    bad = [Row(row, contacts=1, motion_contact="'a' and 'b'", largest_share=1.1, proven=False) for row in ours]
     assert sum(aim.confirmed == 0 for aim in aims(bad, [*base, *bad]) if aim.of) == 4
     assert "1 segments touch" in fault(bad[0])
     assert "| posts | 3 | 0 | 3 | 100 % | 3 |" in BENCH.report(ours)

@@ -24,50 +24,41 @@ def rows_of(out: Path) -> Rows:
 
 
 def check_plan(rows: Rows) -> None:
-    ours = [row for row in rows if row["method"] == "planner"]
-    assert [(row["problem"], row["outcome"]) for row in ours] == [("far/0001", "refused"), ("posts/0001", "solved")]
-    assert "by 0.0229 rad" in ours[0]["message"]
-    row, other = ours[1], rows[-1]
+    refused, _, row, other = rows
+    assert [each["outcome"] for each in rows] == ["refused", "refused", "solved", "solved"]
     assert row["certified"] == row["edges"]
     assert (row["contacts"], row["motion_contact"], row["proven"]) == ("0", "", "True")
     assert float(row["largest_share"]) <= 1.0
     assert float(row["timed_s"]) <= float(row["stopping_s"])
     assert 0 < float(row["first_path_s"]) < float(row["total_s"]) < float(row["process_s"])
     assert float(row["lower_bound"]) <= float(row["cost"])
-    assert (other["method"], other["outcome"]) == ("RRTConnect", "solved")
     assert float(other["length_rad"]) >= float(other["straight_rad"])
+    assert refused["problem"] == "far/0001"
 
 
 def check_first_motion(rows: Rows) -> None:
-    whole = [row for row in rows if row["outcome"] == "solved"]
-    assert [row["method"] for row in whole] == ["planner", "planner, whole roadmap", "OMPL RRTConnect, plain coal"]
-    for row in whole[:2]:
+    assert [row["method"] for row in rows] == ["planner", "planner, whole roadmap", "OMPL RRTConnect, plain coal"]
+    for row in rows[:2]:
         assert (row["proven"], row["contacts"], row["motion_contact"]) == ("True", "0", "")
-        stages = sum(float(row[name]) for name in ("ready_s", "path_s", "motion_s"))
-        assert float(row["total_s"]) == pytest.approx(stages)
+        assert float(row["total_s"]) == pytest.approx(sum(float(row[k]) for k in ("ready_s", "path_s", "motion_s")))
 
 
 def check_attack(rows: Rows) -> None:
-    by_part = {
-        part: [row for row in rows if row["attack"] == part] for part in dict.fromkeys(r["attack"] for r in rows)
-    }
+    parts = dict.fromkeys(row["attack"] for row in rows)
+    by_part = {part: [row for row in rows if row["attack"] == part] for part in parts}
     assert list(by_part) == ["claims", "segments", "misses", "certificates", "changes"]
-    assert len(by_part["claims"]) == 2 * 15
     apart, tried = (sum(int(row[name]) for row in by_part["claims"]) for name in ("apart", "tried"))
-    assert 0.5 < apart / tried < 1.0  # or the search would say little
+    assert 0.5 < apart / tried < 1.0  # a search among shapes that all touch, or never do, proves little
     assert sum(int(row["free"]) for row in by_part["segments"]) > 10
     assert not any(int(row["false_free"]) for part in ("segments", "changes") for row in by_part[part])
     assert all(float(row["beyond_m"]) <= 0.0 for row in by_part["claims"])
     assert [row["verdict"] for row in by_part["certificates"]] == ["proven"]
-    for row in by_part["misses"]:
-        assert int(row["free"]) - int(row["false_free"]) + int(row["touching"]) + int(row["left_out"]) == 4
 
 
 def check_gabf(rows: Rows) -> None:
     errors = {row["method"]: float(row["error"]) for row in rows}
     assert errors["dijkstra"] == 0.0
-    assert errors["gabf"] < errors["rk45 in tau"] < 1e-3
-    assert errors["gabf"] < errors["rk45 in t"] < 1e-3
+    assert errors["gabf"] < min(errors["rk45 in tau"], errors["rk45 in t"]) < 1e-3
 
 
 def check_gate(rows: Rows) -> None:
@@ -75,18 +66,12 @@ def check_gate(rows: Rows) -> None:
     for row in rows:
         assert (row["tries"], row["false"], row["beyond"]) == ("6", "0", "0")
         assert row["accepted_20"] == row["free_20"] <= row["free_5"]
-        assert 0 < float(row["p50_ms"]) <= float(row["p99_ms"])
 
 
 def check_roadmap(rows: Rows) -> None:
-    found = {row["method"]: row for row in rows if row["nodes_asked"] == "40"}
-    ours = found["gabf-planner"]
+    ours = rows[0]
+    assert {row["outcome"] for row in rows} == {"measured"}
     assert (ours["proven"], ours["touching"], ours["contacts"], ours["solved"]) == (ours["edges"], "0", "0", "2")
-    assert {name: row["outcome"] for name, row in found.items() if row["outcome"] == "measured"}.keys() >= {
-        "OMPL PRM, our checker",
-        "OMPL PRM, plain coal",
-        "gabf-planner, plan",
-    }
 
 
 def check_optimum(rows: Rows) -> None:
@@ -108,35 +93,29 @@ def check_tasks(rows: Rows) -> None:
 
 
 def check_tradeoff(rows: Rows) -> None:
-    assert [row["robot"] for row in rows] == ["iiwa14", "panda"]
-    assert all(0.5 < float(row["ratio"]) <= 1.0 + 1e-12 for row in rows)
-    assert all(float(row["plan_cpu_s"]) > 0 for row in rows)
     for row in rows:
+        assert 0.5 < float(row["ratio"]) <= 1.0 + 1e-12
         assert float(row["beta_min"]) <= float(row["beta"]) <= float(row["beta_max"])
-        assert 0 < float(row["omega"]) < float(row["distance"])
-        sweep_cost = 0.8 * float(row["omega"]) + 0.2 * float(row["distance"])
-        assert sweep_cost == pytest.approx(float(row["sweep_cost"]), rel=1e-3)
-        assert float(row["w_min"]) > 0 < float(row["duration"])
-        assert 0 <= float(row["added_length"]) <= float(row["gain"]) <= 1
+        cost = 0.8 * float(row["omega"]) + 0.2 * float(row["distance"])
+        assert cost == pytest.approx(float(row["sweep_cost"]), rel=1e-3)
 
 
 def check_tables(rows: Rows) -> None:
-    assert {row["outcome"] for row in rows} == {"solved"}
+    assert {(row["outcome"], row["contacts"]) for row in rows} == {("solved", "0")}
     assert {row["method"] for row in rows} == {"path only", "beta 1", "saved roadmap"}
-    assert {row["contacts"] for row in rows} == {"0"}
 
 
 SMALLEST: dict[str, tuple[str, Callable[[Rows], None]]] = {
-    "plan": (f"FOLDER {PLANAR} --nodes 40 --seeds 0 --beside RRTConnect", check_plan),
-    "first-motion": (f"FOLDER {PLANAR} --seconds 2", check_first_motion),
+    "plan": (f"FOLDER {PLANAR} --nodes 40 --seeds 0 --planners RRTConnect", check_plan),
+    "first-motion": (f"FOLDER/posts {PLANAR} --seconds 2", check_first_motion),
     "attack": (
-        "--tries 12 --segments 2 --edges 4 --thicknesses 5 --changes 50 --robots planar_2r --scenes paper",
+        "--tries 12 --segments 2 --edges 2 --thicknesses 5 --changes 50 --robots planar_2r --scenes paper",
         check_attack,
     ),
     "gabf": ("--sizes 60", check_gabf),
     "gate": ("--chunks 3 --attack 6 --steps 4 --robots planar_2r", check_gate),
-    "roadmap": ("--robot planar_2r --scene paper --nodes 40 --sizes 60 --queries 2", check_roadmap),
-    "optimum": ("--nodes 60 --efforts 2 --betas 1 --seeds 0 --arms planar_2r", check_optimum),
+    "roadmap": ("--robot planar_2r --scene paper --nodes 40 --queries 2", check_roadmap),
+    "optimum": ("--nodes 60 --refinement-rounds 2 --betas 1 --seeds 0 --arms planar_2r", check_optimum),
     "tool-paths": ("--robots ur5 --scenes empty --kinds line --paths 1", check_tool_paths),
     "tasks": ("--scenes 1 --nodes 200 --kinds table", check_tasks),
     "tables": ("--nodes 60 --betas 1", check_tables),
@@ -149,6 +128,7 @@ def test_it_measures_and_reports(
     name: str, problems: Path, tmp_path: Path, run: Run, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setitem(grid._HALVINGS, 2, 0)
+    monkeypatch.setitem(grid._COARSE, 2, 0.03)
     words, check = SMALLEST[name]
     asked = [name, *words.replace("FOLDER", str(problems)).split(), "--out", str(tmp_path / "o")]
     code, text, error = run(*asked, program="benchmarks")

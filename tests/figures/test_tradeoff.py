@@ -11,7 +11,6 @@ import pytest
 
 import planner
 from planner import figures
-from planner.base.errors import OptionError
 from planner.problem.outcome import Outcome
 from planner.problem.request import SweepRequest
 from planner.tradeoff.result import Interval, Tradeoff
@@ -60,14 +59,6 @@ def test_the_front_shows_each_path_with_its_interval() -> None:
     ]
 
 
-def test_labels_of_near_paths_do_not_lie_on_each_other() -> None:
-    near = [interval(k / 9, (k + 1) / 9, 1.0 + 0.01 * k, 5.0 - 0.01 * k) for k in range(8)]
-    axes = figures.pareto_front(tradeoff(interval(0, 0, 0.5, 9.0), *near)).axes[0]
-    heights = np.array([text.get_position()[1] for text in axes.texts])
-    low, high = axes.get_ylim()
-    assert np.diff(heights).max() < -0.05 * (high - low)
-
-
 def test_over_beta_the_least_cost_is_that_of_all_paths_at_every_beta() -> None:
     figure = figures.over_beta(tradeoff(*THREE), rows=["cost"])
     require_labels(figure)
@@ -97,8 +88,3 @@ def test_over_beta_every_row_has_the_numbers_of_the_betas_path() -> None:
             assert x[inside].tolist() == [item.beta_min, item.beta_max]
         low, high = axes.get_ylim()
         assert y.max() < high - 0.05 * (high - low)
-
-
-def test_a_row_without_numbers_is_refused() -> None:
-    with pytest.raises(OptionError, match="no duration for every path: leave this row out"):
-        figures.over_beta(tradeoff(*THREE))

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import itertools
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -14,11 +13,9 @@ from planner import figures
 from planner.figures.workspace import clip_face, faces_of
 from planner.kinematics.forward import tool_positions
 from planner.planning.result import Plan
-from planner.problem.outcome import Outcome
 from planner.robot.poses import pose
 from planner.robot.shapes import Box, Capsule, Cylinder, Shape, Sphere
 from planner.trajectory.measure import dense_path
-from tests import worlds
 from tests.random_shapes import box_mesh
 
 
@@ -58,16 +55,6 @@ def test_the_roadmap_lies_where_the_tool_goes(solved: Plan) -> None:
     assert np.allclose(drawn[:, 2], tool_positions(robot, a + 0.5 * robot.difference(a, b)))
     path = np.array(axes.get_lines()[1].get_data_3d()).T
     assert np.array_equal(path, tool_positions(robot, dense_path(solved.path)))
-
-
-def test_a_roadmap_without_a_path_is_drawn_too(solved: Plan) -> None:
-    lost = replace(solved, outcome=Outcome.NO_PATH, path=np.zeros((0, 0)))
-    assert {text.get_text().strip() for text in figures.roadmap(lost).axes[0].texts} == {"start", "goal"}
-
-
-def test_an_arm_in_a_plane_is_seen_from_above() -> None:
-    axes: Any = figures.tool_paths(np.array([[0.3, 0.4], [0.9, -0.4]]), checker=worlds.make_post()).axes[0]
-    assert (axes.elev, axes.azim) == (90.0, -90.0)
 
 
 @pytest.mark.parametrize(

@@ -5,7 +5,6 @@ import pytest
 from scipy.special import betainc
 
 from planner import gabf
-from planner.gabf import certificates as bounds
 from planner.gabf import enclosure
 from planner.gabf.enclosure import Side, limit
 from planner.gabf.problem import reduce_network
@@ -82,24 +81,6 @@ def _exact(law, s):
     if v < -36:  # the power below 1 alone, to the last bit
         return s ** (1 - p) / (law.beta1 * (1 - p))
     return law.flow.whole_time * betainc(r, 1 - r, 1 / (1 + np.exp(-v)))
-
-
-@pytest.mark.parametrize(
-    ("law", "cost", "climb"),
-    [
-        (gabf.FixedTime(eta=3.5, beta1=0.527, beta2=19.7, p=(1, 9), m=(3, 1)), 0.01, 37.8),
-        (gabf.FixedTime(beta1=27.95, beta2=0.189, p=(1, 9), m=(101, 99)), 30.0, 90_600.0),
-    ],
-    ids=["119.7", "1930"],
-)
-def test_two_nodes_that_lift_each_other_rise_as_fast_as_the_law_has_it(law, cost, climb):
-    """The laws of the first report, whose settling tau stood above bounds of 119.7 and 1930."""
-    net = from_arcs(3, [(1, 2, cost), (2, 1, cost), (1, 0, climb)])
-    result = solve(net, law, 0.0)
-    rungs = np.array([0.0, climb, climb + cost])
-    bound = bounds.two_sided_bound(law.flow, law.flow.whole_time, 2, rungs, cost)
-    assert result.settling_tau == pytest.approx(climb / law.flow.speed(cost), rel=0.01)
-    assert result.settling_tau <= bound
 
 
 def test_runs_without_anything_to_enclose():

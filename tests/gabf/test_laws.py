@@ -117,12 +117,6 @@ def test_an_own_law_passes_where_an_independent_integrator_does(name):
             assert np.abs(x - exact)[finite].max() < share * np.abs(start - exact)[finite].max()
 
 
-def test_a_law_of_the_paper_as_an_own_law_settles_when_it_does():
-    for law in LAWS:
-        own = solve(NET, gabf.UserLaw(law.flow.rate, law.clock), solver=gabf.Splitting(1e-3))
-        assert own.settling_tau == pytest.approx(solve(NET, law, solver=gabf.Splitting(1e-3)).settling_tau, rel=0.01)
-
-
 def test_an_own_law_of_one_node_settles_when_its_closed_form_says():
     """sinh s falls by e^-tau under tanh; a root falls linearly, from 2 to 0 in 2 sqrt 2."""
     for rate, exact in ((np.tanh, math.log(math.sinh(2.0) / 1e-9)), (power(0.5), 2.0 * (math.sqrt(2.0) - 10**-4.5))):

@@ -1,7 +1,5 @@
 """The judgement on a path: where it is worst, and the floor that is reachable."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
@@ -13,10 +11,6 @@ from planner.search.network import build_network
 from tests.worlds import load, post_roadmap
 
 ROBOT = load("planar_2r")
-
-
-def ends(start: int, goal: int):
-    return replace(post_roadmap(), starts=np.array([start]), goals=np.array([goal]))
 
 
 def test_a_singular_place_is_found():
@@ -31,14 +25,6 @@ def test_a_singular_place_is_found():
     assert found.advice is not None
     assert f"at {100 * found.share:.0f} % of the path" in found.advice
     assert "--cost-integration" not in found.advice
-
-
-def test_an_end_that_is_singular_is_named():
-    path = np.array([[-1.0, 1.2], [-0.9, 0.001]])
-    found = measure_conditioning(ROBOT, ends(0, 1), path, PlanRequest.from_options(robot="planar_2r", beta=1.0).quality)
-    assert found.advice is not None
-    assert "at the goal itself" in found.advice
-    assert "a --beta below 1" in found.advice
 
 
 def test_the_floor_that_is_advised_can_be_kept(tmp_path):

@@ -7,7 +7,7 @@ import pytest
 
 from planner.collision import make_checker
 from planner.collision.recheck import Clearance, dense_states
-from planner.planning.improvement import certify_clearance, halves, prove_path_clearance
+from planner.planning.improvement import certify_clearance
 from planner.planning.plan import plan
 from planner.problem.request import PlanRequest, TimingRequest
 from planner.robot.poses import pose
@@ -71,20 +71,3 @@ def test_certificates_of_a_level_are_proofs() -> None:
     assert (least[~says] < kept + 1e-3).all()
     assert (roadmap.clearance < kept)[says].any()  # certificates alone would have said less
     assert 0 < says.sum() < len(says)
-
-
-def test_halves_down_to_nothing() -> None:
-    assert halves(0.008)[:3] == [0.008, 0.004, 0.002]
-    roadmap, asked = post_roadmap(), ASKED.with_options(extra_clearance=0.008).quality
-    alone = roadmap.part(np.ones(len(roadmap.nodes), dtype=bool), np.zeros(len(roadmap.edges), dtype=bool))
-    assert certify_clearance(alone, make_post(), asked) == (alone, 0.0)
-
-
-def test_of_a_path() -> None:
-    checker = make_checker(load("planar_2r"), BAR)
-    near, far = np.array([[1.3, -0.8], [0.9, -0.8]]), np.array([[1.3, -0.8], [1.2, -0.8]])
-    assert prove_path_clearance(far, checker, 0.005) == 0.005
-    assert prove_path_clearance(far, checker, 0.0) == prove_path_clearance(far[:1], checker, 0.005) == 0.0
-    level = prove_path_clearance(near, checker, 0.5)
-    least = float(Clearance(checker)(dense_states(checker.world, near[0], near[1] - near[0], 1e-3)[0]).min())
-    assert level <= least <= 2.1 * level

@@ -1,19 +1,13 @@
 """A roadmap improved for a request: it keeps what it had, and its best path is cheaper or above its ends."""
 
-import itertools
-from dataclasses import replace
-from functools import lru_cache
-
 import numpy as np
 import pytest
 
 from planner import gabf
-from planner.kinematics.manipulability import manipulability
 from planner.planning.improvement import add_path_without_dip, improve_roadmap, trim_roadmap
 from planner.problem.request import PlanRequest
 from planner.roadmap.roadmap import Roadmap, path_waypoints
 from planner.search.network import build_network
-from planner.trajectory.measure import path_manipulability
 from tests.worlds import load, make_post, post_roadmap
 
 ROBOT, REQUEST = load("planar_2r"), PlanRequest.from_options(robot="planar_2r", nodes=60, refinement_rounds=1)
@@ -46,26 +40,3 @@ def test_without_rounds_or_a_path_nothing_changes() -> None:
     alone = old.part(np.ones(len(old.nodes), dtype=bool), np.zeros(len(old.edges), dtype=bool))
     assert improve_roadmap(alone, make_post(), REQUEST.quality, 0.5).roadmap is alone
     assert add_path_without_dip(alone, make_post(), REQUEST.quality) == alone
-
-
-@lru_cache
-def dipping() -> tuple[Roadmap, float]:
-    """A roadmap both of whose ends bend the arm one way, while its best path straightens it between them.
-
-    With the w of the lower end.
-    """
-    nodes = post_roadmap(seed=1).nodes
-    good = np.flatnonzero(nodes[:, 1] > 0.05)
-    for start, goal in itertools.permutations(good.tolist(), 2):
-        roadmap = replace(post_roadmap(seed=1), starts=np.array([start]), goals=np.array([goal]))
-        least = float(manipulability(ROBOT, nodes[[start, goal]]).min())
-        if path_manipulability(ROBOT, best(roadmap, 0.2)[1]).min() < 0.8 * least:
-            return roadmap, least
-    raise AssertionError("no two nodes are such ends")
-
-
-def test_the_cost_decides_about_a_dip() -> None:
-    roadmap, _ = dipping()
-    found = add_path_without_dip(roadmap, make_post(), REQUEST.with_options(beta=0.2, refinement_rounds=2).quality)
-    assert len(found.nodes) > len(roadmap.nodes)
-    assert best(found, 0.2)[0] <= best(roadmap, 0.2)[0]

@@ -6,7 +6,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from planner.kinematics.manipulability import manipulability
 from planner.planning.plan import plan
 from planner.planning.result import Plan
 from planner.problem.outcome import CannotFollow, Outcome
@@ -64,33 +63,6 @@ def test_the_motion_keeps_to_both_lines(found: Plan, tmp_path: Path) -> None:
     assert load_roadmap(tmp_path / "roadmap.npz").sha256 == found.roadmap.sha256
 
 
-@pytest.mark.parametrize(("leg", "length", "at_end"), [(0, 0.05, False), (1, 0.1, True)])
-def test_what_is_told_is_of_the_motion_too_which_rounds_corners(
-    found: Plan, leg: int, length: float, at_end: bool
-) -> None:
-    assert found.trajectory is not None
-    turn, position = pose_of(found.robot, found.path[-1 if at_end else 0])
-    moments = found.trajectory.at(np.linspace(0, found.trajectory.duration, 8000))
-    tool = np.array([pose_of(found.robot, q)[1] for q in moments]) - position
-    rest = int(np.linalg.norm(tool + length * turn[:, 2], axis=1).argmin())
-    on_leg = tool[rest:] if at_end else tool[: rest + 1]
-    off = np.linalg.norm(on_leg - np.outer(on_leg @ turn[:, 2], turn[:, 2]), axis=1).max()
-    alone = plan(**DOWN, approach=0.1, retreat=0.05, path_only=True, timing=None)
-    assert alone.legs[leg].largest_deviation.position < off
-    assert found.legs[leg].largest_deviation.position == pytest.approx(off, rel=1e-4)
-
-
-def test_lines_are_kept_where_a_joint_has_turned_past_half_a_turn() -> None:
-    """At its end the path counts such a joint on, and the goal does not."""
-    start, goal = [2.9, 2.9, 1.3, 0.2, 1.4, 0.0], [-2.9, 2.9, 1.3, 0.5, 1.2, 0.4]
-    found = plan(
-        robot="kinova", scene="empty", start=start, goal=goal, path_only=True, approach=0.03, timing=TimingRequest()
-    )
-    assert found.path[-1, 0] == pytest.approx(goal[0] + 2 * np.pi)
-    assert [leg.leg for leg in found.legs] == ["approach"]
-    assert leg_outside(found, 0.03, at_end=True) <= 1.0
-
-
 def test_a_grown_roadmap_and_a_kept_one_serve_it(tmp_path: Path) -> None:
     grown = plan(**DOWN, nodes=60, refinement_rounds=1, approach=0.1, timing=None)
     assert grown.outcome is Outcome.SOLVED
@@ -99,18 +71,6 @@ def test_a_grown_roadmap_and_a_kept_one_serve_it(tmp_path: Path) -> None:
     kept = plan(**DOWN, roadmap=tmp_path / "roadmap.npz", approach=0.05, retreat=0.02, timing=None)
     assert kept.outcome is Outcome.SOLVED
     assert [leg.length for leg in kept.legs] == pytest.approx([0.02, 0.05])
-
-
-def test_a_floor_is_kept_on_the_lines_too() -> None:
-    free = plan(**DOWN, path_only=True, approach=0.1, timing=None)
-    floor = 1.05 * float(manipulability(free.robot, free.path).min())
-    above = plan(**DOWN, path_only=True, approach=0.1, min_manipulability=floor, timing=None)
-    if above.outcome is Outcome.SOLVED:
-        w = manipulability(above.robot, above.path)
-        first, last = np.flatnonzero(w >= floor)[[0, -1]]
-        assert (w[first : last + 1] >= floor).all()
-    else:
-        assert above.outcome is Outcome.TOO_SINGULAR
 
 
 def test_what_is_in_the_way_is_named_with_the_leg(tmp_path: Path) -> None:

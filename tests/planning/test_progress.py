@@ -15,9 +15,7 @@ from planner.problem.request import TimingRequest
 
 SCENES: list[dict[str, Any]] = [
     {"robot": "planar_2r", "scene": "cage", "nodes": 80},
-    {"robot": "iiwa14", "scene": "paper", "nodes": 100},
     {"robot": "panda", "scene": "shelf", "nodes": 100, "beta": 0.0},
-    {"robot": "ur5", "scene": "table", "nodes": 80, "collision": "coal"},
 ]
 EXAMPLES = scenes_folder() / "examples"
 MOST = 600  # motions proven between two reports: below 2 s, at the 3 ms that one takes of meshes full of dents

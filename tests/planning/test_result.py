@@ -30,23 +30,10 @@ from planner.trajectory.timing import time_path
 from tests.planning.records import as_written
 
 TINY = PlanRequest.from_options(robot="planar_2r", scene="empty", start="q:0,1", goal="q:1,1", nodes=20)
-CONTRACT = {
-    "": {"outcome", "robot", "scene", "seed", "config", "versions", "path", "path_nodes", "cost", "manipulability"}
-    | {"roadmap", "gabf", "quality", "timings_s", "clearance", "reason"},
-    "quality": {"refinement_rounds", "curve", "lower_bound", "gap", "manipulability_cost"},
-    "cost": {"total", "manipulability", "distance", "beta"},
-    "manipulability": {"min", "mean"},
-    "roadmap": {"nodes", "edges", "components", "edges_certified", "sha256"},
-    "clearance": {"path", "motion"},
-    "gabf": {"law", "prescribed_time", "settling_time", "settling_tau", "settling_tau_bracket", "steps"}
-    | {"max_error_vs_oracle", "certificate"},
-}
 
 
-def test_the_contracts_keys_and_what_they_hold(solved: Plan) -> None:
+def test_the_record_holds_the_measures_of_the_plan(solved: Plan) -> None:
     record = solved.to_dict()
-    for part, keys in CONTRACT.items():
-        assert keys <= set(record[part] if part else record)
     assert (record["outcome"], record["message"]) == ("solved", Outcome.SOLVED.value)
     assert (record["robot"], record["scene"], record["seed"]) == ("iiwa14", "paper", 0)
     np.testing.assert_array_equal(record["path"], solved.path)
@@ -79,7 +66,7 @@ def test_the_files(solved: Plan, tmp_path: Path) -> None:
         solved.save(tmp_path / "file" / "no")
 
 
-@pytest.mark.parametrize("name", ["roadmap.npz", "trajectory.json", "proof.npz", "plan.html", "plan.json"])
+@pytest.mark.parametrize("name", ["roadmap.npz", "plan.json"])
 def test_a_plan_that_cannot_be_written_leaves_the_one_that_is_there(
     name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

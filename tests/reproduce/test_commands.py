@@ -3,16 +3,12 @@
 import json
 import subprocess
 import sys
-from collections.abc import Callable
 from pathlib import Path
 
 import pytest
 
-from planner.base.errors import OptionError
 from reproduce import commands
 from reproduce.laws.run import run_laws
-from reproduce.learning.run import run_learning
-from reproduce.manipulator.run import run_manipulator
 from reproduce.report import Report
 
 
@@ -41,18 +37,3 @@ def test_wide_tables_stay_in_the_file(
     assert "…" not in out, "a table that does not fit"
     assert "Larger h leads to" in out
     assert len(json.loads((tmp_path / "laws.json").read_text())["table"]) == len(report.table)
-
-
-@pytest.mark.parametrize(
-    ("run", "numbers", "words"),
-    [
-        (run_laws, (1, 20), "nodes"),
-        (run_learning, (0,), "graphs must be at least 1"),
-        (run_learning, (1, 0), "iterations must be at least 1"),
-        (run_manipulator, (0, 80), "seeds"),
-        (run_manipulator, (1, 1), "nodes"),
-    ],
-)
-def test_numbers_out_of_range_are_refused(run: Callable[..., Report], numbers: tuple[int, ...], words: str) -> None:
-    with pytest.raises(OptionError, match=words):
-        run(*numbers)

@@ -2,7 +2,6 @@
 
 from dataclasses import replace
 
-import numpy as np
 import pytest
 
 from planner import gabf
@@ -49,9 +48,3 @@ def test_a_doctored_graph_is_not_confirmed() -> None:
     assert not verdicts["P(4) = {2, 3}."].holds
     assert not verdicts["x_4* = 7 is achievable via paths 4 -> 2 -> 1 or 4 -> 3 -> 1."].holds
     assert verdicts["6 is in F_2 but not in F_1."].holds
-
-
-def test_a_flat_graph_is_judged_and_not_confirmed() -> None:
-    all_sources = replace(nine_node(), sources=np.arange(9), source_values=np.ones(9))
-    verdicts = judge(CLAIMS, [of(all_sources)])
-    assert not any(v.holds for v in verdicts if "F_2" in v.sentence or "D(G)" in v.sentence)

@@ -7,7 +7,7 @@ import pytest
 
 from planner import gabf
 from reproduce.example import nine_node
-from reproduce.figures import beta_costs, exponent_summary, nine_node_graph, node_histories, share_curves
+from reproduce.figures import beta_costs, exponent_summary, nine_node_graph, node_histories
 from tests.figures.panels import data, lines, require_labels
 
 
@@ -45,12 +45,6 @@ def test_costs_against_beta_are_medians_with_every_roadmap_behind() -> None:
     assert [data(line)[1].tolist() for line in grey] == distance.tolist()
     assert lines(right)["$\\Omega$, paper"][1].tolist() == [0.1, 1, 1]
     assert lines(right)["$D$, ours (median)"][1] == pytest.approx([2.0, 1.75, 1.0])
-
-
-def test_shares_are_per_cent_from_before_the_first_iteration() -> None:
-    (axes,) = share_curves({"Hebbian": [0.1, 0.5], "error-driven": [0.2, 1.0]}, graphs=3).axes
-    np.testing.assert_allclose(lines(axes)["error-driven"], [[0, 1], [20, 100]])
-    assert "3 graphs" in axes.get_ylabel()
 
 
 T = np.linspace(0.0, 2.0, 5)

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
-from planner.base.errors import FileError, OptionError
+from planner.base.errors import FileError
 from planner.base.progress import QUIET, Progress
-from reproduce.report import Claim, Report, Spread, collect, judge, write_report
+from reproduce.report import Claim, Report, collect, judge, write_report
 from reproduce.verdict import Verdict, tally
 
 
@@ -34,11 +34,6 @@ def test_a_claim_counts_its_cases_and_shows_its_values() -> None:
 
 def test_a_verdict_holds_only_if_every_case_did() -> None:
     assert [tally("s", cases, "").holds for cases in ([True, True], [True, False], [])] == [True, False, False]
-
-
-def test_a_spread_without_range_is_one_number() -> None:
-    assert f"{Spread((2.0, 2.0))}" == "2"
-    assert f"{Spread((1.0, 3.0, 2.0)):.2f}" == "2.00 (1.00 to 3.00)"
 
 
 def test_a_report_is_written_with_its_figures(tmp_path: Path) -> None:
@@ -74,9 +69,3 @@ def test_cases_come_in_their_order_and_a_stop_keeps_the_complete_ones(jobs: int)
     assert some == [math.factorial(k) for k in range(len(some))]
     assert 2 <= len(some) < 400
     assert heard == list(range(len(some) + 1))
-
-
-@pytest.mark.parametrize(("count", "jobs", "name"), [(0, 1, "graphs"), (3, 0, "jobs")])
-def test_counts_below_one_are_refused(count: int, jobs: int, name: str) -> None:
-    with pytest.raises(OptionError, match=f"{name} must be at least 1"):
-        collect(math.factorial, count, jobs, "graphs", QUIET)

@@ -13,7 +13,7 @@ from planner.query.query import make_query
 from planner.roadmap.edges import MotionChecker
 from planner.roadmap.first_path import FirstPathSearch, InformedSet, JoinSettings
 from planner.roadmap.ompl_planners import JointSpace, TreePlanners
-from tests.worlds import POST_GOAL, POST_START, checker_of, load, make_post, post_roadmap
+from tests.worlds import POST_GOAL, POST_START, load, make_post, post_roadmap
 
 SETTINGS = JoinSettings(range=0.4, motions=4000, shortcuts=20)
 
@@ -110,17 +110,6 @@ def test_near_a_gap_the_path_is_proven_and_begins_and_ends_at_nodes() -> None:
     assert all(sample_segment(checker, q, d, 1e-3) is None for q, d in zip(found, delta, strict=False))
     assert (found >= gap.min(axis=0) - 1.0).all()  # the largest box
     assert (found <= gap.max(axis=0) + 1.0).all()
-
-
-def test_near_a_gap_a_joint_that_turns_freely_goes_the_shorter_way() -> None:
-    robot, checker = load("kinova"), checker_of("kinova")
-    first, last = robot.home.copy(), robot.home.copy()
-    first[0], last[0] = 3.0, -3.0
-    found = search(EdgeProver(checker)).join_near(first[None], last[None], np.array([first, last]))
-    assert found is not None
-    np.testing.assert_array_equal(found[[0, -1]], [first, last])
-    turned = robot.difference(found[:-1], found[1:])[:, 0].sum()
-    np.testing.assert_allclose(turned, 2 * np.pi - 6.0, atol=1e-9)
 
 
 @pytest.mark.parametrize("name", ["planar_2r", "kinova"])

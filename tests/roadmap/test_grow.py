@@ -15,10 +15,9 @@ from planner.kinematics.manipulability import manipulability
 from planner.roadmap.build import build_roadmap
 from planner.roadmap.grow import Growth, GrowthSettings, ascend_manipulability, grow
 from planner.roadmap.roadmap import component_labels
-from planner.roadmap.shortcuts import find_best_path
 from planner.robot.poses import pose
-from planner.robot.shapes import Box, Sphere
-from planner.trajectory.measure import joint_path_length, path_contact
+from planner.robot.shapes import Sphere
+from planner.trajectory.measure import path_contact
 from tests.worlds import POST_GOAL, POST_START, checker_of, load, scene_of
 
 A, B = POST_START[None], POST_GOAL[None]
@@ -51,26 +50,6 @@ def test_steps_keep_the_range(post):
     length = np.linalg.norm(growth.nodes[growth.edges[:, 0]] - growth.nodes[growth.edges[:, 1]], axis=1)
     assert length.max() <= 0.4 + 1e-9
     assert length.max() > 0.2
-
-
-def test_first_paths_are_searched_where_a_shorter_one_may_pass(monkeypatch):
-    """The bar leaves two ways round: no roadmap's path is longer than with the first path alone, most are shorter."""
-    checker = make_checker(load("planar_2r"), scene_of((Box((0.1, 0.04, 0.2)), pose([0.75, 0, 0]))))
-    start, goal = np.array([[-1.0, 0.8]]), np.array([[1.3, -0.8]])
-
-    def shortest(seed: int) -> float:
-        growth = grown(checker, 100, seed, start, goal)
-        a, b = growth.nodes[growth.edges.T]
-        length = np.linalg.norm(a - b, axis=1)
-        path = find_best_path(growth.nodes, growth.edges, length, growth.starts, growth.goals)
-        assert path is not None
-        return joint_path_length(path)
-
-    several = np.array([shortest(seed) for seed in range(6)])
-    monkeypatch.setattr("planner.roadmap.grow._SHORTER", 0)
-    first_only = np.array([shortest(seed) for seed in range(6)])
-    assert (several <= first_only).all()
-    assert several.sum() < 0.985 * first_only.sum()
 
 
 def test_progress_counts_up_to_the_nodes(post):

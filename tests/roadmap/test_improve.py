@@ -5,7 +5,7 @@ import numpy as np
 from planner.cost.motion_cost import MotionCost
 from planner.planning.plan import plan
 from planner.problem.request import Objective, PlanRequest
-from planner.roadmap.improve import improve, remove_last_grown
+from planner.roadmap.improve import improve
 from planner.roadmap.refine import TOLERANCE
 from planner.robot.poses import pose
 from planner.robot.scene import Obstacle, Scene
@@ -41,14 +41,3 @@ def test_improvement_keeps_the_roadmap_and_repeats() -> None:
     np.testing.assert_array_equal(one.roadmap.nodes[:n], made.roadmap.nodes)
     theirs, mine = ({tuple(edge) for edge in each.edges.tolist()} for each in (one.roadmap, made.roadmap))
     assert mine <= theirs
-
-
-def test_the_last_grown_nodes_make_room() -> None:
-    made = small_plan()
-    n, path = len(made.roadmap.nodes), made.path_nodes
-    fewer = remove_last_grown(made.roadmap, n, n - 20, path)
-    assert len(fewer.nodes) == n - 20
-    assert fewer.is_connected
-    kept = {q.tobytes() for q in fewer.nodes}
-    assert {q.tobytes() for q in made.roadmap.nodes[path]} <= kept
-    assert {q.tobytes() for q in made.roadmap.nodes[: n - 20 - len(path)]} <= kept

@@ -51,16 +51,6 @@ def test_a_floor_holds() -> None:
     assert path_manipulability(made.robot, refined).min() >= floor
 
 
-def test_downhill_in_omega_raises_mean_w() -> None:
-    made = unrefined()
-    prover, scale = EdgeProver(made.checker), made.roadmap.scale
-    path = split_evenly(made.path, 1.0)
-    short, good = (
-        PathRefiner(prover, MotionCost(made.robot, scale, Objective(beta))).round(path) for beta in (1.0, 0.0)
-    )
-    assert path_manipulability(made.robot, good).mean() > 1.1 * path_manipulability(made.robot, short).mean()
-
-
 @pytest.mark.parametrize(("beta", "fewer"), [(0.0, 2), (1.0, 1)])
 def test_corners_become_fewer_at_a_bounded_price(beta: float, fewer: int) -> None:
     made = unrefined()

@@ -59,22 +59,6 @@ def test_lines_cubics_and_quintics_are_what_the_controller_runs() -> None:
             np.testing.assert_allclose(ours, one.at(u * one.seconds), atol=1e-12)
 
 
-def test_a_curve_between_its_points_is_seen_where_the_polyline_is_free() -> None:
-    """A cubic that swings out: straight between the points nothing is in the way."""
-    swing = np.array([0.0, 6.0])
-    middle = HERE + np.array([0.0, 0.25 * 1.0 * 6.0 / 4.0])
-    ball = Obstacle("ball", Sphere(0.02), pose(tip(middle)))
-    at, times = np.array([HERE, HERE + 1e-6 * np.array([0.0, 1.0])]), np.array([0.0, 1.0])
-    found = gate_of(ball, judged=()).check(at, np.array([swing, -swing]), times=times, stop=False)
-    straight = gate_of(ball, judged=()).check(at, times=times, stop=False)
-    assert straight.safe
-    assert not found.safe
-    assert found.reason is not None
-    assert found.reason.pair is not None
-    assert "ball" in found.reason.pair
-    assert 0.0 < (found.first_bad or 0.0) < 1.0
-
-
 def test_the_way_to_a_point_at_0_s_is_proven() -> None:
     """Where that may be far from the robot, what stands between is seen, and said to be there."""
     away = HERE + np.array([0.6, 0.0])

@@ -10,12 +10,8 @@ import pytest
 
 from benchmarks.gate import judge
 from benchmarks.gate.attack import Attack
-from benchmarks.gate.chunks import random_chunk, thin_obstacle
-from planner.collision import make_checker
-from planner.collision.coal import CoalChecker
-from planner.kinematics.forward import Chain, joint_placements, tool_positions
+from planner.kinematics.forward import Chain, joint_placements
 from planner.robot.robot import Robot
-from planner.robot.scene import Scene
 from planner.robot.shapes import corners
 from planner.session.gate import Gate
 from planner.session.verdict import Verdict, Violation, Where
@@ -94,39 +90,6 @@ def test_it_finds_what_is_not_proven(monkeypatch: pytest.MonkeyPatch, left_out: 
 def test_it_finds_limits_that_are_not_kept(monkeypatch: pytest.MonkeyPatch) -> None:
     overlook(monkeypatch, lambda reason: reason.kind == "limit")
     assert any(attacked("planar_2r", 150, seed).found.beyond for seed in range(1, 5))
-
-
-@pytest.mark.parametrize(("name", "cases"), [("planar_2r", 4), ("ur5", 1)])
-def test_the_judge_passes_over_no_state_that_touches(name: str, cases: int) -> None:
-    """Motions that swing out and back before obstacles that they are just free of, looked at every 0.05 mm."""
-    rng, robot = np.random.default_rng(4), load(name)
-    for _ in range(cases):
-        chunk = random_chunk(robot, "cubics", 1, 0.2, rng, 0.02)
-        chunk.knots[:, 1] = np.outer([1.0, -1.3], rng.choice([-2.0, 2.0], robot.dof))
-        motion = judge.motion_of(chunk)
-        out = np.stack([motion[0].at(np.array([t]))[0] for t in (0.07, 0.08)])
-        thin = thin_obstacle(robot, out[1], rng)
-        away = np.diff(tool_positions(robot, out), axis=0)[0]
-        away /= np.linalg.norm(away)
-
-        def shifted(by: float, thin: Any = thin, away: Any = away) -> CoalChecker:
-            placement = thin.placement.copy()
-            placement[:3, 3] += by * away
-            made = make_checker(robot, Scene("x", (replace(thin, placement=placement),)), "coal")
-            assert isinstance(made, CoalChecker)
-            return made
-
-        def touches(by: float, motion: Any = motion, shifted: Any = shifted) -> bool:
-            return judge.touches(motion, (shifted(by), shifted(by)))[1]
-
-        reach = judge.reach_of(robot)
-        states = np.concatenate([judge.states_on(one, reach, judge.LOOKS[-1]) for one in motion])
-        touching, free = 0.0, 1.0
-        while free - touching > 1e-6 and touches(0.0):
-            middle = 0.5 * (touching + free)
-            touching, free = (middle, free) if touches(middle) else (touching, middle)
-        for by in (0.0, free + 2e-6):
-            assert touches(by) is (shifted(by).first_contact(states) is not None)
 
 
 @pytest.mark.parametrize("name", ["planar_2r", "panda", "ur5"])

@@ -24,6 +24,7 @@ from planner.session.session import Session
 from planner.trajectory.measure import path_contact, path_manipulability
 from tests.browser import page_data
 from tests.coal_judge import CoalWorld
+from tests.session.test_live_world import change_at_random
 from tests.worlds import POST_GOAL, POST_START, load, make_post, post_roadmap
 
 BALL = Obstacle("ball", Sphere(0.08), pose([-0.5, 0.5, 0]))
@@ -56,22 +57,9 @@ def require_true(session: Session) -> None:
 def test_whatever_changes_the_edges_are_those_that_a_proof_of_all_gives(seed: int) -> None:
     rng, session = np.random.default_rng(seed), fresh()
     session.plan(POST_START, POST_GOAL, timing=None)
-    for step in range(12):
-        names = [obstacle.name for obstacle in session.scene.obstacles]
-        kind = rng.integers(4)
+    for _ in range(12):
+        change_at_random(session.world, rng)
         try:
-            if kind == 0 or not names:
-                size = rng.uniform(0.02, 0.15, 3)
-                session.add(Obstacle(f"box {step}", Box(tuple(size)), pose([*rng.uniform(-0.9, 0.9, 2), 0.0])))
-            elif kind == 1:
-                session.remove(str(rng.choice(names)))
-            else:
-                far = 0.5 if kind == 2 else 0.01
-                name = str(rng.choice(names))
-                place = next(o.placement[:3, 3] for o in session.scene.obstacles if o.name == name)
-                session.move(
-                    name, position=place + rng.uniform(-far, far, 3) * [1, 1, 0], rpy=[0, 0, rng.uniform(0, far)]
-                )
             answer = session.replan()
         except (SceneError, StateError):
             continue
@@ -107,17 +95,6 @@ def test_a_short_move_spends_clearance_only() -> None:
     assert change.opened == int((clearance <= 0.004 + 1e-9).sum())
     assert change.opened < len(clearance)
     assert change.removed == change.proven == 0
-
-
-def test_the_same_calls_give_the_same_answers() -> None:
-    paths = []
-    for _ in range(2):
-        session = fresh(seed=3)
-        session.plan(POST_START, POST_GOAL, beta=0.3, timing=None)
-        session.add(BALL)
-        session.move("thing0", position=[0.7, 0.1, 0])
-        paths.append(session.replan().path)
-    np.testing.assert_array_equal(*paths)
 
 
 BAD = {

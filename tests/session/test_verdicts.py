@@ -1,7 +1,5 @@
 """The stops of verdicts, jumps at the first point, and shapes that touch by rounding."""
 
-from collections.abc import Iterator
-from dataclasses import replace
 from fractions import Fraction
 from pathlib import Path
 
@@ -9,76 +7,16 @@ import numpy as np
 import pytest
 
 import planner
-from benchmarks.gate.attack import Attack, Case
-from planner.base.errors import PlannerError
-from planner.collision import make_checker, second_checker
+from planner.collision import make_checker
 from planner.kinematics.forward import Chain, joint_placements
 from planner.robot.poses import pose
 from planner.robot.robot import Robot
 from planner.robot.scene import Scene
 from planner.robot.shapes import Box, Capsule, Cylinder, Obstacle, Shape, Sphere
 from planner.session.gate import JUDGED, Gate
-from planner.session.verdict import Verdict
 from tests.worlds import load
 
 TIMES = np.array([0.5, 1.0])
-
-
-def just_free(attack: Attack, rng: np.random.Generator) -> Iterator[tuple[Verdict, Gate]]:
-    """Safe verdicts where an obstacle comes as near to a random chunk as the gate lets it."""
-    case = attack._begin(rng)
-    towards = rng.normal(size=3)
-    towards /= np.linalg.norm(towards)
-
-    def checked(by: float) -> tuple[Verdict | None, Gate]:
-        placement = case.obstacle.placement.copy()
-        placement[:3, 3] += by * towards
-        moved = Case(case.chunk, replace(case.obstacle, placement=placement))
-        gate = Gate(attack.robot, Scene("x", (moved.obstacle,)))
-        columns, named = moved.chunk.arguments()
-        return gate.check(*columns, **named), gate
-
-    near, far = 0.0, 1.5
-    while far - near > 1e-6:
-        middle = 0.5 * (near + far)
-        try:
-            verdict, gate = checked(middle)
-        except PlannerError:  # it stands in the base
-            verdict, gate = None, None
-        if verdict:
-            assert gate is not None
-            yield verdict, gate
-            far = middle
-        else:
-            near = middle
-
-
-def is_undecided_alone(verdict: Verdict) -> bool:
-    """Whether a proof of the last stop by itself does not decide."""
-    guard, chunk = verdict._guard, verdict._run()
-    (pieces,), (seconds,), _ = guard.find_stops(chunk.knots[-1:])
-    begin = chunk.times[-1] + np.array([0.0, seconds[0]])
-    spans = np.column_stack([begin, seconds, np.zeros(2)])[seconds > 0]
-    return not guard.prove_free(pieces[seconds > 0], spans)
-
-
-def test_the_stop_of_a_safe_chunk_is_the_one_that_was_proven() -> None:
-    """In the worlds of seed 3 and 85 it is undecided where it is proven alone, as it was until now."""
-    attack, alone = Attack(load("planar_2r")), 0
-    for seed in (3, 85, 1, 2):
-        for verdict, gate in just_free(attack, np.random.default_rng(seed)):
-            stop = verdict.stop
-            assert stop is not None
-            assert stop.proven
-            assert "not proven" not in repr(stop)
-            assert verdict
-            assert len(repr(verdict)) < 200
-            assert stop.proof["pieces_free"] == stop.proof["pieces"] == len(stop.seconds)
-            states = stop.at(np.linspace(0.0, stop.duration, 60))
-            assert second_checker(gate.checker).first_contact(states) is None
-            np.testing.assert_allclose(stop.knots(1)[-1], 0.0, atol=1e-12)
-            alone += is_undecided_alone(verdict)
-    assert alone > 0
 
 
 @pytest.mark.parametrize(

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from planner.robot.poses import pose
-from planner.robot.shapes import Box, Capsule, Cylinder, Mesh, Obstacle, Sphere
+from planner.robot.shapes import Box, Capsule, Cylinder, Obstacle, Sphere
 from planner.tasks.sampling import MOST, complete_gripper, extent, generate_grasps, place_in_region
 from planner.tasks.task import Gripper, Place, TaskError
 from tests.worlds import load
@@ -63,12 +63,6 @@ def test_what_is_too_wide_is_refused_and_a_box_is_held_by_its_narrow_sides_only(
             generate_grasps("it", shape, 0.08)
     for grasp in generate_grasps("it", Box((0.05, 0.12, 0.2)), 0.08):
         np.testing.assert_allclose(np.abs(grasp.tool[:3, 1]), [1, 0, 0], atol=1e-12)
-
-
-def test_of_a_mesh_no_grasps_are_generate_grasps() -> None:
-    mesh = Mesh(np.eye(3), np.array([[0, 1, 2]]))
-    with pytest.raises(TaskError, match="'part' must not be a mesh to generate grasps"):
-        generate_grasps("part", mesh, 0.08)
 
 
 def test_the_pandas_gripper_is_read_from_its_joints() -> None:

@@ -3,7 +3,6 @@
 from functools import cache
 
 import numpy as np
-import pytest
 
 import planner
 from planner.kinematics.forward import tool_pose
@@ -14,7 +13,7 @@ from planner.robot.shapes import Box, Obstacle
 from planner.tasks.plan import TaskPlanner
 from planner.tasks.result import TaskPlan
 from planner.tasks.sampling import tool_at
-from planner.tasks.task import Grasp, Move, Pick, Place, Task, TaskError
+from planner.tasks.task import Grasp, Move, Pick, Place, Task
 from tests.tasks.cases import TABLE
 from tests.worlds import load
 
@@ -62,11 +61,3 @@ def test_what_was_placed_can_be_taken_again() -> None:
     assert found.solved, found.message
     assert [event.kind for event in found.events if event.kind != "gripper"] == ["attach", "detach"] * 2
     assert planner.check(found).ok
-
-
-def test_too_many_modes_are_refused(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("planner.tasks.network.MOST_NODES", 300)
-    scene = Scene("one cube", (TABLE, FIRST))
-    task = Task("panda", scene, (*steps_of("first"), Move("home")))
-    with pytest.raises(TaskError, match="must have at most 300 nodes in all modes"):
-        TaskPlanner.from_task(task, nodes=120, ik_solutions=1)

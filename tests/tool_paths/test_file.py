@@ -9,10 +9,8 @@ import pinocchio as pin
 import pytest
 import yaml
 
-from planner.base.errors import ArrayError, FileError
+from planner.base.errors import FileError
 from planner.tool_paths.file import read_tool_path
-from planner.tool_paths.tool_path import ToolPath, TubeSize
-from tests.documents import ROOT
 from tests.tool_paths.judge import great_arc
 
 POINTS: list[dict[str, Any]] = [
@@ -104,52 +102,6 @@ def test_a_bad_csv_is_one_sentence(text: str, tmp_path: Path) -> None:
         read_tool_path(tmp_path / "a.csv")
 
 
-def test_a_csv_of_a_spreadsheet_is_read(tmp_path: Path) -> None:
-    (tmp_path / "a.csv").write_text("\ufeffx,y,z,ax,ay,az\n0.4,-0.1,0.3,0,0,-1\n\n0.4,0.1,0.3,0,0,-1\n")
-    np.testing.assert_array_equal(read_tool_path(tmp_path / "a.csv").positions, [[0.4, -0.1, 0.3], [0.4, 0.1, 0.3]])
-
-
-ARRAYS: dict[str, Any] = {
-    "positions": [[0.4, -0.1, 0.3], [0.4, 0.1, 0.3]],
-    "turns": np.tile(np.diag([1.0, -1.0, -1.0]), (2, 1, 1)),
-    "free": [True, True],
-    "cones": [0.0, 0.0],
-    "given": [1, 2],
-}
-
-
-@pytest.mark.parametrize(
-    ("changed", "part"),
-    [
-        ({"positions": [[0.4, 0.1], [0.4, 0.2]]}, "shape (2, 2)"),
-        ({name: values[:0] for name, values in ARRAYS.items() if name != "positions"} | {"positions": np.zeros((0, 3))},
-         "0 points"),
-        ({"turns": 2 * ARRAYS["turns"]}, "no rotation"),
-        ({"turns": np.tile(np.diag([1.0, 1.0, -1.0]), (2, 1, 1))}, "no rotation"),
-        ({"cones": [0.0, -0.1]}, "cone of point 2"),
-        ({"cones": [0.0]}, "shape (1,)"),
-    ],
-)  # fmt: skip
-def test_arrays_that_are_no_path_are_one_sentence(changed: dict[str, Any], part: str) -> None:
-    with pytest.raises(ArrayError) as caught:
-        ToolPath("made", **ARRAYS | changed)
-    assert part in str(caught.value)
-    assert str(caught.value).endswith(".")
-    ToolPath("made", **ARRAYS)
-
-
-@pytest.mark.parametrize("size", [(0.0, 0.01), (0.001, 0.0), (np.nan, 0.01), (0.001, 0.6), (1.0, 0.01)])
-def test_a_tube_of_no_use_is_refused(size: tuple[float, float]) -> None:
-    with pytest.raises(ArrayError, match="is not usable"):
-        TubeSize(*size)
-
-
-def test_the_example_is_read() -> None:
-    found = read_tool_path(ROOT / "scenes/examples/seam.yaml")
-    assert found.name == "seam"
-    assert found.cones[-1] == 0.2
-
-
 def turned(rng: np.random.Generator, kind: str, position: Any, **more: Any) -> dict[str, Any]:
     """A point with the tool leaning by up to 0.6 rad from straight down and turned about that at random."""
     lean, spin = rng.normal(size=3) * [0.3, 0.3, 0.0], np.array([0.0, 0.0, rng.uniform(-3.1, 3.1)])
@@ -179,12 +131,3 @@ def test_where_the_tool_turns_freely_its_axis_goes_along_the_great_arc() -> None
             at = int(np.abs(even.along - 0.1 * k).argmin())
             assert even.free[at] == (kind != "quaternion")
             np.testing.assert_allclose(even.turns[at], given.turns[k], atol=1e-12)
-
-
-@pytest.mark.parametrize(("kinds", "bound"), [("axis axis quaternion", 2), ("axis quaternion cone", 1)])
-def test_a_quaternion_binds_in_the_middle_and_at_the_end_of_an_arc_too(kinds: str, bound: int) -> None:
-    rng, places = np.random.default_rng(1), [[0.4, -0.1, 0.3], [0.5, 0.0, 0.3], [0.4, 0.1, 0.3]]
-    points = [turned(rng, kind, place) for kind, place in zip(kinds.split(), places, strict=True)]
-    points[1]["via"] = "arc"
-    found = read_tool_path({"points": points})
-    np.testing.assert_allclose(found.positions[~found.free], [places[bound]], atol=1e-12)

@@ -7,7 +7,7 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
-from planner.base.errors import OptionError, SceneError, StateError
+from planner.base.errors import StateError
 from planner.kinematics.manipulability import manipulability
 from planner.planning.follow import Follower, follow
 from planner.problem.outcome import CannotFollow, Outcome
@@ -18,7 +18,6 @@ from planner.robot.shapes import Box, Obstacle
 from planner.tool_paths.file import read_tool_path
 from planner.tool_paths.ladder import build_ladder
 from planner.tool_paths.tube import Tube
-from tests.documents import ROOT
 from tests.tool_paths.judge import line_of, outside, passes_by, pose_of, raster
 from tests.worlds import load, planar_trap
 
@@ -54,12 +53,6 @@ def test_beta_trades_off_on_one_ladder(follower: Follower) -> None:
     assert short.cost.distance <= singular.cost.distance
     assert singular.cost.manipulability < short.cost.manipulability or singular.path.tolist() == short.path.tolist()
     assert singular.max_error_vs_oracle == 0.0
-
-
-def test_the_same_request_gives_the_same_bits() -> None:
-    one, two = (follow(RASTER, request=REQUEST, timing=None) for _ in range(2))
-    assert one.path.tobytes() == two.path.tobytes()
-    assert one.roadmap.sha256 == two.roadmap.sha256
 
 
 def test_a_floor_is_kept(follower: Follower) -> None:
@@ -230,44 +223,6 @@ def test_a_start_that_is_cut_off_says_why_and_keeps_the_record(tmp_path: Path) -
     assert found.tool_path.record.followed == 0.0
 
 
-def test_the_example_is_followed_by_arcs_and_cones() -> None:
-    found = follow(ROOT / "scenes/examples/seam.yaml", robot="panda", scene="table", timing=None)
-    assert found.outcome is Outcome.SOLVED
-    assert found.tool_path.record.followed == 1.0
-
-
-def test_what_is_told_of_an_arc_is_of_the_arc_and_not_of_its_lines() -> None:
-    centre, radius = np.array([0.45, 0.0, 0.45]), 0.1
-    spots = [centre + radius * np.array([np.cos(angle), np.sin(angle), 0.0]) for angle in (0.0, 1.0, 2.5)]
-    points: list[dict[str, Any]] = [{"position": spot.tolist(), "axis": [0, 0, -1]} for spot in spots]
-    points[1]["via"] = "arc"
-    found = follow({"points": points, "tube": {"position": 0.005, "angle": 0.02}}, request=REQUEST, timing=None)
-    s = np.linspace(0, 1, 21)[:, None, None]
-    q = (found.path[:-1] + s * np.diff(found.path, axis=0)).reshape(-1, 7)
-    away = np.array([pose_of(found.robot, row)[1] for row in q]) - centre
-    off = np.hypot(np.hypot(away[:, 0], away[:, 1]) - radius, away[:, 2]).max()
-    assert off <= found.tool_path.record.largest_deviation.position <= 0.005
-
-
-def test_a_deviation_is_told_of_the_motion_too_which_rounds_corners() -> None:
-    corner = np.add([0.45, -0.1, 0.4], [[0, 0, 0], [0, 0.15, 0], [0.05, 0.15, 0.03]])
-    path, alone = (
-        follow(line_of(corner, tube=(2e-3, 0.02)), request=REQUEST, timing=time) for time in (TimingRequest(), None)
-    )
-    assert path.trajectory is not None
-    q = path.trajectory.at(np.linspace(0.0, path.trajectory.duration, 4001))
-    spots = np.array([pose_of(path.robot, row)[1] for row in q])
-    way = np.diff(corner, axis=0)
-    u = np.clip(((spots[:, None] - corner[:-1]) * way).sum(axis=2) / (way**2).sum(axis=1), 0.0, 1.0)
-    off = np.linalg.norm(spots[:, None] - corner[:-1] - u[..., None] * way, axis=2).min(axis=1).max()
-    of_path, of_motion = (each.tool_path.record.largest_deviation for each in (alone, path))
-    assert of_path.position < 0.5 * off
-    assert of_motion.position == pytest.approx(off, rel=0.01)
-    told = dict(path.record.rows)["tool path"]
-    assert "; path and motion at most" in told
-    assert "proven within 2 mm" in told
-
-
 @pytest.mark.parametrize("kinds", ["axis quaternion axis", "cone quaternion cone"])
 @pytest.mark.parametrize("spin", [0.0, 2.5])
 def test_lines_between_an_axis_and_a_quaternion_are_followed_in_their_tube(kinds: str, spin: float) -> None:
@@ -288,13 +243,3 @@ def test_lines_between_an_axis_and_a_quaternion_are_followed_in_their_tube(kinds
         assert outside(path, found.robot, q) <= 1.0
     near = found.trajectory.at(np.linspace(0.0, found.trajectory.duration, 3000))
     assert all(passes_by(path, found.robot, near, k) <= 1.0 for k in np.flatnonzero(~path.free).tolist())
-
-
-def test_options_that_make_no_sense_are_refused() -> None:
-    for wrong in ({"tool_speed": np.nan}, {"goal": 3}, {"path_only": True}, {"ladder_density": 0}):
-        with pytest.raises(OptionError):
-            FollowRequest.from_options(**wrong)
-    with pytest.raises(OptionError, match="--extra-cost needs --start"):
-        follow(RASTER, request=REQUEST, timing=TimingRequest(extra_cost=0.5))
-    with pytest.raises(SceneError, match="must have no moving obstacles"):
-        follow(RASTER, robot="panda", scene=ROOT / "scenes/examples/cart.yaml", timing=None)

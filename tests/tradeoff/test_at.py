@@ -116,26 +116,6 @@ def test_the_knee_is_farthest_from_the_chord(steps: list[tuple[float, float]]) -
     assert apart[knee] == pytest.approx(apart.max(), abs=1e-9)
 
 
-def test_two_paths_have_no_knee_and_shares_say_what_a_beta_buys(swept: Tradeoff) -> None:
-    assert find_knee([(1.0, 1.0), (0.0, 0.0)]) is None
-    record, knee = swept.record, swept.knee
-    assert knee is not None
-    assert record.knee == swept.intervals.index(knee)
-    first, last = swept.intervals[0], swept.intervals[-1]
-    for item in swept.intervals:
-        saved = (last.manipulability_cost - item.manipulability_cost) / (
-            last.manipulability_cost - first.manipulability_cost
-        )
-        longer = (item.distance_cost - last.distance_cost) / (first.distance_cost - last.distance_cost)
-        assert (item.gain, item.added_length) == pytest.approx((saved, longer))
-        assert item.buys == (
-            f"beta {item.beta:g}: {100 * saved:.0f} % of the gain in w for {100 * longer:.0f} % of the added length"
-        )
-    assert any(f"The knee is {knee.buys}" in line for line in record.lines)
-    shown = [path.choice for path in swept.shown_paths()]
-    assert [choice["knee"] for choice in shown if choice] == [item is knee for item in swept.intervals]
-
-
 def test_a_sweep_comes_back_from_its_folder(swept: Tradeoff, tmp_path: Path) -> None:
     (tmp_path / "trajectory-99.json").write_text("{}")
     swept.save(tmp_path)
@@ -162,11 +142,3 @@ def test_a_folder_that_does_not_fit_is_refused(swept: Tradeoff, tmp_path: Path) 
     (tmp_path / "sweep.json").write_text(json.dumps(record | {"intervals": record["intervals"][1:]}))
     with pytest.raises(FileError, match="other paths than its roadmap gives now: sweep again"):
         Tradeoff.load(tmp_path)
-
-
-def test_without_timing_there_are_paths_only(swept: Tradeoff, tmp_path: Path) -> None:
-    plain = sweep(request=swept.request, timing=None)
-    assert plain.at(0.5).trajectory is None
-    plain.save(tmp_path)
-    assert not list(tmp_path.glob("trajectory-*"))
-    assert Tradeoff.load(tmp_path).at(0.5).solved

@@ -2,7 +2,6 @@
 
 import csv
 import json
-from dataclasses import replace
 from pathlib import Path
 
 import jsonschema
@@ -11,12 +10,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from planner.problem.outcome import Outcome
 from planner.problem.request import SweepRequest
 from planner.roadmap.storage import load_roadmap
 from planner.tradeoff.result import Tradeoff, range_text
 from planner.tradeoff.sweep import sweep
-from tests.browser import page_data
 from tests.planning.records import SMALL, as_written, spoilt
 from tests.random_shapes import QUICK
 
@@ -50,19 +47,6 @@ def test_sweeps_are_as_the_schema_says(validator: jsonschema.Draft202012Validato
     record = as_written(sweep(request=SweepRequest.from_options(**SMALL)).to_dict())
     validator.validate(record)
     assert not any(validator.is_valid(each) for each in spoilt(record))
-
-
-def test_the_page_has_every_path_and_opens_at_half_where_it_is_complete(swept: Tradeoff, tmp_path: Path) -> None:
-    for shown, item in zip(swept.shown_paths(), swept.intervals, strict=True):
-        assert shown.interval == (item.beta_min, item.beta_max)
-        np.testing.assert_array_equal(shown.path, item.path)
-        assert shown.costs == (item.manipulability_cost, item.distance_cost)
-    for tradeoff, beta in ((swept, 0.5), (replace(swept, complete=False, outcome=Outcome.INTERRUPTED), 0.0)):
-        (tmp_path / "sweep.html").write_text(tradeoff.page())
-        data = page_data(tmp_path / "sweep.html")
-        assert data["beta"] == beta
-        low, high = data["paths"][data["current"]]["interval"]
-        assert low <= beta <= high
 
 
 @QUICK

@@ -9,10 +9,9 @@ import pytest
 import planner.tradeoff.sweep as module
 from planner import gabf
 from planner.base.progress import Progress
-from planner.planning.plan import plan
 from planner.planning.result import Plan
 from planner.problem.outcome import Outcome
-from planner.problem.request import PlanRequest, SweepRequest
+from planner.problem.request import SweepRequest
 from planner.roadmap.roadmap import path_waypoints
 from planner.roadmap.storage import load_roadmap, save_roadmap
 from planner.search.network import at_beta, build_network, path_cost
@@ -54,11 +53,6 @@ def test_the_intervals_cover_all_betas(swept: Tradeoff) -> None:
     assert swept.edges_removed == 0
 
 
-def test_the_same_request_gives_the_same_sweep(swept: Tradeoff) -> None:
-    records = [found.to_dict() | {"timings_s": {}} for found in (swept, sweep(request=swept.request))]
-    assert records[0] == records[1]
-
-
 def test_each_interval_says_what_its_path_is(swept: Tradeoff) -> None:
     roadmap, robot = swept.roadmap, swept.robot
     for interval in swept.intervals:
@@ -98,13 +92,6 @@ def test_nor_on_the_papers_scenario(solved: Plan, tmp_path: Path) -> None:
     found = sweep(request=SweepRequest.from_options(roadmap=tmp_path / "r.npz"))
     assert_covers(found)
     assert_optimal_on_a_grid(found)
-
-
-def test_a_plan_at_any_beta_takes_the_path_of_its_interval(swept: Tradeoff, again: SweepRequest) -> None:
-    for interval in swept.intervals[::2]:
-        beta = 0.5 * (interval.beta_min + interval.beta_max)
-        alone = plan(request=PlanRequest.from_options(**again.values(), beta=beta), timing=None)
-        np.testing.assert_array_equal(alone.path, interval.path)
 
 
 # edges that fail the second look
@@ -162,15 +149,6 @@ def test_an_interrupted_sweep_keeps_what_is_proven(swept: Tradeoff, steps: int) 
     assert len(part.intervals) < len(swept.intervals)
 
 
-def test_an_interrupted_roadmap_is_saved(swept: Tradeoff, tmp_path: Path) -> None:
-    request = swept.request
-    part = sweep(request=request, progress=after(30, "roadmap"))
-    assert (part.outcome, part.intervals) == (Outcome.INTERRUPTED, ())
-    assert 2 < len(part.roadmap.nodes) < 150
-    part.save(tmp_path)
-    assert load_roadmap(tmp_path / "roadmap.npz").sha256 == part.roadmap.sha256
-
-
 def test_each_interval_has_its_optimum_and_together_they_are_all_of_it(solved: Plan) -> None:
     assert solved.layered is not None
     layered = solved.layered
@@ -185,7 +163,3 @@ def test_each_interval_has_its_optimum_and_together_they_are_all_of_it(solved: P
         omega, distance = path.costs
         assert (1 - beta) * omega + beta * distance == pytest.approx(x[layered.starts].min(), rel=1e-9)
         np.testing.assert_allclose(path.path[0], solved.path[0], atol=1e-12)
-
-
-def test_a_stopped_search_shows_none(solved: Plan) -> None:
-    assert add_alternatives(solved, Progress(stop=lambda: True)).alternatives == ()

@@ -20,10 +20,10 @@ from planner.robot.shapes import Box
 from planner.trajectory.check import check_path, check_trajectory
 from planner.trajectory.limits import MotionLimits
 from planner.trajectory.measure import slack, smallest_clearance
-from planner.trajectory.report import Report, floor_text
+from planner.trajectory.report import Report
 from planner.trajectory.timing import time_path
 from tests.coal_judge import CoalWorld
-from tests.worlds import checker_of, joint_xml, link_xml, load, make_post, scene_of
+from tests.worlds import joint_xml, link_xml, load, make_post, scene_of
 
 ARM = load("planar_2r")
 LIMITS = MotionLimits.from_robot(ARM)
@@ -157,33 +157,6 @@ def test_sliding_joints_beyond_their_limits_are_not_proven(urdf_file) -> None:
     assert "2 m beyond its limit of 1," in report.sentence
 
 
-def test_one_configuration() -> None:
-    report = assert_plain(check_path(checker_of("planar_2r"), np.array([[0.1, 0.2]])))
-    assert report.proven
-    assert dict(report.rows())["path"].startswith("1 waypoint, 0.000 rad")
-    touching = check_path(CHECKER, np.array([[0.5, 0.0]]))
-    assert touching.findings[0].where == (0.0, 0.0)
-
-
-def test_a_finely_divided_path_costs_no_more_distances(solved: Plan) -> None:
-    """A trajectory has thousands of rows: looking at each of them for its clearance took longer than all the rest."""
-    shares = np.linspace(0.0, 1.0, 400, endpoint=False)[:, None]
-    path = np.concatenate([a + shares * (b - a) for a, b in itertools.pairwise(solved.path)])
-    checker = make_checker(solved.robot, solved.scene)
-    before = solved.checker.queries
-    coarse, fine = check_path(solved.checker, solved.path).clearance, check_path(checker, path).clearance
-    assert checker.queries < 1.5 * (solved.checker.queries - before)
-    assert coarse is not None
-    assert fine is not None
-    assert fine.min == pytest.approx(coarse.min, abs=slack(max(coarse.min, fine.min)) + 2e-4)
-
-
-@pytest.mark.parametrize("step", [0.0, -1.0, np.nan, np.inf, 2.0])
-def test_a_step_that_is_none(step: float) -> None:
-    with pytest.raises(OptionError, match="step must be"):
-        planner.check(STILL, checker=CHECKER, step=step)
-
-
 def test_one_function_checks_paths_trajectories_and_plans(solved: Plan) -> None:
     path = [[-1.0, 0.5], [-0.6, -0.4], [-0.2, 0.1]]
     made = time_path(np.array(path), CHECKER)
@@ -295,17 +268,3 @@ def test_a_constraint_that_is_broken_is_a_finding() -> None:
         float(np.abs(checker.world.constraints.spare(np.zeros((1, 2)))[0, 0])), rel=1e-2
     )
     assert finding.where[0] == pytest.approx(1.0, abs=0.02)
-
-
-@pytest.mark.parametrize(
-    ("above", "exempt", "below", "text"),
-    [
-        (40, 0, 0, "w is proven above the floor of 0.15 in 40 of 40 pieces"),
-        (40, 12, 0, "40 of 52 pieces; the other 12 lead up from the start or down to the goal"),
-        (40, 12, 1, "w is NOT proven above the floor of 0.15 in 1 of 53 pieces"),
-        (0, 53, 0, "w is proven nowhere: it stays above the floor of 0.15 on none of 53 pieces"),
-    ],
-)
-def test_a_floor_is_reported_by_its_three_counts(above: int, exempt: int, below: int, text: str) -> None:
-    counts = {"pieces_above": above, "pieces_exempt": exempt, "pieces_below": below}
-    assert floor_text({"asked": 0.15, **counts}).endswith(text)

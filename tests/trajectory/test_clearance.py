@@ -10,9 +10,6 @@ from planner.planning.record import ClearanceRecord
 from planner.problem.request import PlanRequest, TimingRequest
 from planner.robot.scene import Scene
 from planner.trajectory.measure import (
-    CLOSE,
-    TOO_CLOSE,
-    Nearest,
     dense_path,
     nearest_in_motion,
     nearest_on_path,
@@ -58,15 +55,3 @@ def test_where_nothing_is_there_is_nothing_to_come_near_to() -> None:
     assert nearest_in_motion(time_path(q, checker), checker) is None
     rows = ClearanceRecord(path=None, motion=None, kept=0.0).rows(0.005)
     assert rows == [("clearance", "no pair is checked")]
-
-
-def test_what_is_too_close_is_said_with_the_remedy() -> None:
-    near, far = Nearest(CLOSE - 1e-4, ("hand", "shelf"), 0.5), Nearest(CLOSE + 1e-4, ("hand", "shelf"), 1.25)
-    rows = dict(ClearanceRecord(path=far, motion=near, kept=0.0).rows(0.005))
-    assert rows["clearance"] == (
-        "5.1 mm ('hand' and 'shelf') at 125 % of the path; 4.9 mm ('hand' and 'shelf') at 0.500 s of the motion"
-    )
-    assert "--margin" in rows[TOO_CLOSE]
-    assert TOO_CLOSE not in dict(ClearanceRecord(path=far, motion=None, kept=0.005).rows(0.005))
-    halved = dict(ClearanceRecord(path=near, motion=None, kept=0.0025).rows(0.005))
-    assert "keep 2.5 of 5 mm" in halved["clearance"]

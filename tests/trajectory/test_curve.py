@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from planner.base.polynomials import derivative, evaluate
-from planner.trajectory.curve import corner_parabolas, drop_standstills, round_corners
+from planner.trajectory.curve import corner_parabolas, round_corners
 
 PATH = np.random.default_rng(3).normal(size=(6, 3))
 
@@ -30,9 +30,3 @@ def test_a_blend_touches_both_segments_at_its_width() -> None:
     np.testing.assert_allclose(start + slope + bend, path[1] + 0.2 * (path[2] - path[1]))
     across = np.cross(slope, path[1] - path[0]), np.cross(slope + 2 * bend, path[2] - path[1])
     np.testing.assert_allclose(across, 0.0, atol=1e-12)
-
-
-def test_waypoints_that_do_not_move_on_go_and_the_ends_stay() -> None:
-    path = np.array([[0.0, 0], [0, 1e-9], [1, 0], [1, 0], [1, 1e-8]])
-    np.testing.assert_array_equal(drop_standstills(path), path[[0, 4]])
-    np.testing.assert_array_equal(drop_standstills(path[:2]), path[:1])

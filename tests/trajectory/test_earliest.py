@@ -6,12 +6,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-import planner.trajectory.earliest as module
-from planner.base.progress import Progress
 from planner.collision import make_checker
 from planner.collision.checker import CollisionChecker
-from planner.collision.recheck import PathContact
-from planner.collision.world import Contact
 from planner.kinematics.forward import tool_positions
 from planner.problem.outcome import BlockedInTime
 from planner.robot.moving import KnownMotion, MovingObstacle
@@ -93,31 +89,3 @@ def test_what_stands_on_the_goal_and_vanishes_is_waited_for() -> None:
         assert found is not None
         assert found.trajectory.proven
         assert 6.0 < found.route.arrivals[-1] < 7.0
-
-
-def test_for_goals_that_nobody_can_stay_at_nothing_is_searched(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(
-        module.RoadmapInTime, "departure_intervals", lambda *_: pytest.fail("an edge was proven in time")
-    )
-    assert earliest_motion(post_roadmap(), among(ON_GOAL), LIMITS) is None
-
-
-def test_an_edge_that_a_second_look_refuses_is_left_out(monkeypatch: pytest.MonkeyPatch) -> None:
-    checker, roadmap = among(PASSING), post_roadmap()
-    first = earliest_motion(roadmap, checker, LIMITS)
-    assert first is not None
-    assert first.roadmap is roadmap
-    refused = [PathContact(1, 0.0, POST_START, Contact("a", "b")), None]
-    monkeypatch.setattr(module, "path_contact", lambda *_: refused.pop(0))
-    second = earliest_motion(roadmap, checker, LIMITS)
-    assert second is not None
-    bad = tuple(first.route.nodes[1:3].tolist())
-    assert len(second.roadmap.edges) == len(roadmap.edges) - 1
-    with pytest.raises(KeyError):
-        second.roadmap.edge_index(*bad)
-    assert second.trajectory.duration >= first.trajectory.duration
-    assert second.trajectory.proven
-
-
-def test_a_stop_ends_it() -> None:
-    assert earliest_motion(post_roadmap(), among(PASSING), LIMITS, Progress(stop=lambda: True)) is None

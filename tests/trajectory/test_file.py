@@ -11,7 +11,7 @@ from planner.base.errors import PlannerError
 from planner.trajectory.file import TRAJECTORY_NAME
 from planner.trajectory.recorded import read_motion
 from planner.trajectory.trajectory import Trajectory
-from tests.trajectory.test_export import ARM, MADE, A, B
+from tests.trajectory.test_export import ARM, MADE, A
 
 
 def test_our_own_file_comes_back_as_it_was(tmp_path: Path) -> None:
@@ -40,24 +40,19 @@ EVENT = {"t": 0, "kind": "attach", "object": "mug", "link": "hand"}
 
 
 BAD = [
-    ('{"points": []}', "is missing"),
     ("[1, 2]", "holds no mapping"),
     ("{", "must be JSON"),
     ('{"points": [], "points": []}', "key 'points' is repeated"),
     (json.dumps({**FILE, "points": [{"t": 0, "q": [1]}] * 2}), "cubics must have 2"),
-    (json.dumps({**FILE, "joints": [A, B]}), "must have 2 positions"),
     (json.dumps({**FILE, "joints": [A, A]}), "joints must differ"),
-    (json.dumps({**FILE, "proof": {"floor": 5}}), "'proof.floor' is wrong"),
     (json.dumps({**FILE, "proof": {"floor": {"asked": "x"}}}), "'proof.floor.asked' is wrong"),
     (json.dumps({**FILE, "joints": ["\ud800"]}), "must be text and finite"),
-    (json.dumps({**FILE, "events": [{**EVENT, "force": float("nan")}]}), "must be text and finite"),
     (json.dumps(FILE), "times must increase"),
     (json.dumps({**FILE, "unit": "deg"}), "unknown key"),
     *(
         (json.dumps({**FILE, "points": [FILE["points"][0], {**FILE["points"][0], **odd}]}), "got others at point 2")
         for odd in ({"t": 1, "qd": [1e200]}, {"t": 1, "q": [-1e308]}, {"t": 1e300})
     ),
-    (json.dumps({**FILE, "points": [{**FILE["points"][0], "w": 1}] * 2}), "unknown key"),
 ]
 
 

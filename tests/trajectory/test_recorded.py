@@ -136,88 +136,41 @@ CLOCK = "give whole sec"
 SEVERAL = {"joint_trajectory": message(), "multi_dof_joint_trajectory": {"points": [{}]}}
 REFUSED: list[tuple[Any, str]] = [
     (message(time_from_start={"sec": 1.5, "nanosec": 0}), CLOCK),
-    (message(time_from_start={"sec": 1, "nanosec": 0.5}), CLOCK),
     (message(time_from_start={"sec": 1, "nanosec": 10**9}), CLOCK),
-    (message(time_from_start={"sec": 1, "nanosec": -1}), CLOCK),
     (message(time_from_start={"sec": 2**31}), CLOCK),
-    (message(time_from_start={"sec": True}), CLOCK),
-    (message(time_from_start={"seconds": 1}), CLOCK),
-    (message(time_from_start={"sec": 1, "nsecs": 5}), CLOCK),
-    (message(time_from_start={}), CLOCK),
-    (message(time_from_start="soon"), "points.1.time_from_start"),
     (message(time_from_start={"sec": 0}), "times must increase"),
     (message(time_from_start=...), "time_from_start of point 2 not found"),
-    (message(velocities=[]), "point 2 must have 2 velocities, got 0"),
     (message(velocities=[0.0]), "point 2 must have 2 velocities, got 1"),
-    (message(positions=[]), "point 2 must have 2 positions, got 0"),
     (message(velocity=[0, 0]), "did you mean 'velocities'"),
     (message(joint_names=...), "joint_names not found"),
-    (message(joint_names=[A, A]), f"must name joint '{A}' once"),
-    (message(speed_scale=0.5), "speed_scale"),
     (bare("velocities"), "accelerations must come with velocities"),
-    ({"joint_trajectory": message(), "scale": 2}, "got 'scale'"),
     (SEVERAL, "one degree of freedom"),
     ({"trajectory": [message(), message()]}, "must hold one trajectory, got 2"),
-    ({**OURS, "interpolation": "splines"}, "interpolation"),
     ({**OURS, "unit": "deg"}, "unknown key 'unit'"),
-    ({**OURS, "points": [{**OURS["points"][0], "w": 1}]}, "unknown key 'points.0.w'"),
-    ({**OURS, "points": OURS["points"][:1]}, "points"),
-    ({**OURS, "robot": "ur5"}, "must be for robot 'planar_2r', got 'ur5'"),
     ({**OURS, "interpolation": "cubics", "points": [{"t": k, "q": [0, 0]} for k in range(2)]}, "cubics must have 2 of"),
-    (
-        {**OURS, "points": [{"t": k, "q": [0, 0], "qdd": [0, 0]} for k in range(2)]},
-        "accelerations must come with velocities",
-    ),
-    (3, "path not found"),
-    ({}, "path not found"),
     ([], "rows not found"),
-    ({"path": "here"}, "'path' is wrong"),
     ([[1, 2], [3]], "row 2 must have 2 values, got 1"),
-    ([[1, 2], 3], "'path.1' is wrong"),
-    ([[1, True]], "valid number"),
-    ([[1, None]], "'path.0.1' is wrong"),
     ([[1, 1e300]], f"joint '{B}' must be within 1000, got 1e+300 in row 1"),
     ([[1, 2, 3]], "must have 2 columns, got 3 without names"),
-    ({"joints": 3, "path": [[1, 2]]}, "'joints' is wrong"),
     ({"joints": ["elbow", "wrist"], "path": [[1, 2]]}, f"must name joint '{A}' once, got elbow, wrist"),
     ({"joints": [A, A, B], "path": [[1, 2, 3]]}, f"must name joint '{A}' once"),
-    ({"joints": [A, B], "path": [[1, 2, 3]]}, "must have 2 columns, one per name, got 3"),
     ({"robot": "ur5", "path": [[1, 2]]}, "must be for robot 'planar_2r', got 'ur5'"),
     ({"outcome": "no_path", "path": []}, "path not found"),
-    ({"path": [[1, 2]], "units": "deg"}, "unknown key 'units'"),
     ({"path": [[1, 2]], "waypoints": [[1, 2]]}, "must hold one path, got path, waypoints"),
-    ({"joints": [A, B], "joint_names": [B, A], "path": [[1, 2]]}, "must name its joints once"),
-    ({"points": [{"positions": [1, 2], "velocities": [1, 2]}]}, "velocities must come with time_from_start"),
     ({"intervals": [{"path": [[1, 2]]}]}, "must hold one path, got a sweep"),
 ]
 REFUSED_TEXT = {
     "json": [
-        ("{", "must be JSON"),
         ("[" * 100_000, "must be JSON"),
         ('{"path": [[1, 2]], "path": [[3, 4]]}', "key 'path' is repeated"),
-        ("[[1, NaN]]", "'path.0.1' is wrong"),
-        ("[[1, 1e999]]", "'path.0.1' is wrong"),
     ],
     "csv": [
-        ("", "rows not found"),
         (f"# {B} {A}\n1,2\n", "column must be one of"),
-        (f"{A},{B}\n", "rows not found"),
         ("1,2\n3,four\n", "row 2 must hold numbers"),
-        (f"{A},{B}\n1,\n", "row 1 must hold numbers"),
-        (f"{A},{B}\n1,2,3\n", "row 1 must have 2 values, got 3"),
         (f"{A},{B}\n1,nan\n", f"joint '{B}' must be within 1000, got nan"),
-        (f"time_ms,{A},{B}\n0,1,2\n", "got 'time_ms'"),
         (f"{A},{A}\n1,2\n", "columns must differ"),
-        (f"{A},{B},{B}_velocity\n1,2,3\n", "velocities must come with times"),
         (f"{A},{B},{A}_deg\n1,2,3\n", f"got '{A}_deg' (did you mean '{A}'"),
-        (f"t,{A},{B}\n0,0,0\n", "points must be two or more"),
-        (f"t,{A},{B}\n0,0,0\n0,1,0\n", "times must increase"),
-        (f"t,{A},{B}\n0,0,0\n1,nan,0\n", "got others at point 2"),
         (f"t,{A},{B},{A}_velocity\n0,0,0,0\n1,0,0,0\n", f"must name joint '{B}' once"),
-        (
-            f"t,{A},{B},{A}_acceleration,{B}_acceleration\n0,0,0,0,0\n1,1,1,0,0\n",
-            "accelerations must come with velocities",
-        ),
     ],
 }
 
@@ -234,6 +187,48 @@ def test_what_cannot_be_read_is_a_sentence(ending: str, content: Any, words: str
         motion(tmp_path / f"p.{ending}", content)
     assert words in str(error.value)
     assert str(error.value).endswith((".", "'"))
+
+
+JSON = st.recursive(
+    st.none() | st.booleans() | st.integers(-3, 2**40) | st.floats() | st.sampled_from(["", A, "t", "deg", "soon"]),
+    lambda inner: st.lists(inner, max_size=3) | st.dictionaries(st.sampled_from(["sec", "q", "path", A]), inner),
+    max_leaves=4,
+)
+DOCUMENTS = [*(content for content in FORMS.values() if not isinstance(content, str)), message(), OURS]
+
+
+def replace_at_random(content: Any, draw: st.DataObject) -> Any:
+    """The document with one value, at any depth, gone or replaced by any other."""
+    copy = json.loads(json.dumps(content))
+    at, node = None, copy
+    while isinstance(node, (dict, list)) and node and (at is None or draw.draw(st.integers(0, 3))):
+        keys = list(node) if isinstance(node, dict) else list(range(len(node)))
+        at, key = node, draw.draw(st.sampled_from(keys))
+        node = node[key]
+    assert at is not None
+    if draw.draw(st.booleans()):
+        at[key] = draw.draw(JSON)
+    else:
+        del at[key]
+    return copy
+
+
+@QUICK
+@given(st.sampled_from(DOCUMENTS), st.data())
+def test_any_document_is_a_motion_or_one_sentence(
+    tmp_path_factory: pytest.TempPathFactory, content: Any, data: st.DataObject
+) -> None:
+    path = tmp_path_factory.mktemp("any") / "p.json"
+    try:
+        found = motion(path, replace_at_random(content, data))
+    except FileError as error:
+        text, found = str(error), None
+    if found is None:
+        assert "\n" not in text
+        return
+    rows = found.columns[0] if isinstance(found, Trajectory) else found
+    assert rows.shape[1] == 2
+    assert np.isfinite(rows).all()
 
 
 def test_files_that_are_not_there_or_no_text(tmp_path: Path) -> None:
@@ -285,7 +280,7 @@ def test_a_file_that_is_cut_within_a_line_says_so(tmp_path: Path, caplog: pytest
     data, file = json.loads(export(MADE, "ros-json")), tmp_path / "cut.yaml"
     points = [point for point in data["points"] if point["time_from_start"]["sec"] > 0][:3]
     text = yaml.safe_dump(data | {"points": points}, sort_keys=False)
-    for end in range(text.index("points"), len(text)):
+    for end in range(text.index("points"), len(text), 3):
         try:
             found = motion(file, text[:end])
         except PlannerError:

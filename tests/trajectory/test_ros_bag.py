@@ -2,12 +2,11 @@
 
 import io
 import struct
-import sys
 from pathlib import Path
 
 import pytest
 
-from planner.base.errors import FileError, InstallationError
+from planner.base.errors import FileError
 from planner.trajectory.export import TOPIC, TYPE, read_bag, write_bag
 
 MESSAGE = {
@@ -69,11 +68,3 @@ def test_other_encodings_are_refused(encoding: str, data: bytes, tmp_path: Path)
         writer.finish()
     with pytest.raises(FileError, match="must be in plain CDR"):
         read_bag(tmp_path / "a.mcap", "it")
-
-
-def test_without_the_library_the_remedy_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
-    for name in ("mcap_ros2", "mcap_ros2.writer"):
-        monkeypatch.setitem(sys.modules, name, None)
-    with pytest.raises(InstallationError, match="pip install") as caught:
-        write_bag(MESSAGE)
-    assert caught.value.exit_code == 3

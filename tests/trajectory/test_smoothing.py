@@ -22,13 +22,6 @@ def motions(widths: tuple[float, float]) -> tuple[Trajectory, Trajectory, int]:
     return base, average_motion(curve, phases, 1.0, spacing, ("a", "b"))[0], window
 
 
-def test_the_window_limits_the_jerk() -> None:
-    window = smoothing_window(ACCELERATION, JERK)
-    assert (2 * ACCELERATION / (window * NANOSECOND) <= JERK).all()
-    assert (2 * ACCELERATION / ((window - 1) * NANOSECOND) > JERK).any()
-    assert smoothing_window(np.array([1.0]), np.array([1e9])) * NANOSECOND == pytest.approx(1e-3)
-
-
 @pytest.mark.parametrize("widths", [(1.0, 1.0), (0.0, 0.5)])
 def test_positions_at_the_knots_are_the_mean(widths: tuple[float, float]) -> None:
     base, mean, window = motions(widths)

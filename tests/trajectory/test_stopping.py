@@ -6,7 +6,6 @@ from typing import get_args
 import numpy as np
 import pytest
 
-from planner.base.errors import PlannerError
 from planner.collision import make_checker
 from planner.kinematics.forward import tool_positions
 from planner.planning.result import Plan
@@ -98,12 +97,6 @@ def test_a_stop_is_proven_with_a_checker_and_not_without_one(solved: Plan) -> No
     np.testing.assert_array_equal(stop.trajectory.coefficients, bare.trajectory.coefficients)
 
 
-def test_a_checker_of_another_robot_proves_no_stop(solved: Plan) -> None:
-    motion = time_path(solved.path, solved.checker)
-    with pytest.raises(PlannerError, match="joints of the trajectory must be"):
-        stop_at(motion, 0.1, make_checker(load("ur5"), Scene("none")))
-
-
 def test_a_stop_through_something_is_not_proven(solved: Plan) -> None:
     """A ball stands where the flange comes by while it brakes, and elsewhere while it does not."""
     motion = time_path(solved.path, solved.checker)
@@ -148,9 +141,3 @@ def test_what_a_trajectory_breaks_itself_is_told_as_excess(solved: Plan) -> None
     assert stop.excess > 0.1
     assert not stop.proven
     assert "over a limit" in stop.text()
-
-
-def test_without_limits_it_says_so() -> None:
-    bare = Trajectory.from_points(("a",), np.array([0.0, 1.0]), np.array([[0.0], [1.0]]), np.zeros((2, 1)))
-    with pytest.raises(PlannerError, match="limits must come from the call"):
-        stop_at(bare, 0.5)

@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from planner.trajectory import curve as curves
 from planner.trajectory.curve import Curve, duration_of, fastest_phases, round_corners
 from tests.trajectory.test_timing import zigzag
 
@@ -57,16 +56,6 @@ def _joint_velocity(curve: Curve, phase: Phase, t: float) -> np.ndarray:
     s = phase.s + phase.speed * t + 0.5 * phase.acceleration * t**2
     _, c1, c2 = curve.coefficients[phase.piece]
     return (c1 + 2 * s * c2) * (phase.speed + phase.acceleration * t)
-
-
-@pytest.mark.parametrize("seed", range(4))
-def test_more_intervals_are_hardly_quicker_where_velocities_limit(seed: int, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Limits on velocity hold at every place of an interval, not by what the quickest place of it allows."""
-    v, a = np.full(7, 0.5 + seed), np.full(7, 30.0)
-    curve = round_corners(zigzag(seed), np.ones(5))
-    found = duration_of(fastest_phases(curve, v, a))
-    monkeypatch.setattr(curves, "_CORNER", 400)
-    assert found < 1.005 * duration_of(fastest_phases(curve, v, a))
 
 
 @pytest.mark.parametrize("seed", range(20))

@@ -12,7 +12,6 @@ from planner.kinematics.manipulability import manipulability
 from planner.planning.plan import plan
 from planner.planning.result import Plan
 from planner.planning.solve import make_timing_cost
-from planner.problem.options import TimeLaw
 from planner.problem.request import PlanRequest, TimingRequest
 from planner.robot.poses import pose
 from planner.robot.shapes import Box
@@ -38,30 +37,6 @@ def test_they_are_quicker_and_no_longer_than_the_path() -> None:
     assert found.duration < 0.97 * rounded.duration
     assert length(found) <= np.linalg.norm(np.diff(PATH, axis=0), axis=1).sum()
     assert sample_contacts(second_checker(CHECKER), found.coefficients, 1e-3) is None
-
-
-def dear_off_the_path(a: np.ndarray, b: np.ndarray) -> np.ndarray:
-    """Length, and as much more as it is away from the path."""
-    middle, off = 0.5 * (a + b), np.full(len(a), np.inf)
-    for start, end in itertools.pairwise(PATH):
-        share = np.clip((middle - start) @ (end - start) / ((end - start) @ (end - start)), 0.0, 1.0)
-        off = np.minimum(off, np.linalg.norm(start + share[:, None] * (end - start) - middle, axis=1))
-    return np.linalg.norm(b - a, axis=1) * (1.0 + 10.0 * off)
-
-
-def test_what_is_allowed_beyond_is_kept_to_and_used() -> None:
-    """Rounding the corners may cost more already: shortcuts then add nothing."""
-    paid, durations = [], []
-    laws: list[tuple[TimeLaw, float]] = [("blended", 0.0), *(("shortcuts", extra) for extra in (0.0, 1.0, 50.0))]
-    for law, extra in laws:
-        motion, _ = time_curve(PATH, CHECKER, None, law, 0.0, dear_off_the_path, extra)
-        q = motion.at(np.linspace(0.0, motion.duration, 20_001))
-        paid.append(float(dear_off_the_path(q[:-1], q[1:]).sum()))
-        durations.append(motion.duration)
-    of_path = float(dear_off_the_path(PATH[:-1], PATH[1:]).sum())
-    assert paid[1] <= 1.02 * max(paid[0], of_path)  # what is kept to is measured along chords of 0.1 rad
-    assert paid[2] <= 1.02 * max(paid[0], 2.0 * of_path)
-    assert durations[0] >= durations[1] > durations[3]
 
 
 def test_the_floor_holds_on_them() -> None:

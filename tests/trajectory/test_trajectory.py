@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import itertools
-import sys
 from typing import Any
 
 import numpy as np
 import pytest
 from scipy.interpolate import BPoly, CubicHermiteSpline
 
-from planner.base.errors import ArrayError, InstallationError
+from planner.base.errors import ArrayError
 from planner.trajectory.trajectory import Trajectory
 
 JOINTS = ("a", "b", "c")
@@ -21,25 +20,25 @@ MOST = np.array([1.0, 0.3, 2.0])
 T = np.linspace(0.0, TIMES[-1], 4001)
 
 
-def test_lines() -> None:
-    found = Trajectory.from_points(JOINTS, TIMES, Q)
-    np.testing.assert_allclose(found.at(T), np.stack([np.interp(T, TIMES, column) for column in Q.T], axis=1))
-    assert found.interpolation == "lines"
+CUBICS = CubicHermiteSpline(TIMES, Q, QD)
+QUINTICS = BPoly.from_derivatives(TIMES, np.stack([Q, QD, QDD], axis=1))
 
 
-def test_cubics() -> None:
-    found, want = Trajectory.from_points(JOINTS, TIMES, Q, QD), CubicHermiteSpline(TIMES, Q, QD)
-    for order in range(4):
-        np.testing.assert_allclose(found.at(T, order), want.derivative(order)(T) if order else want(T), atol=1e-8)
+def by_numpy(t: np.ndarray, order: int) -> np.ndarray:
+    return np.stack([np.interp(t, TIMES, column) for column in Q.T], axis=1)
 
 
-def test_quintics() -> None:
-    found = Trajectory.from_points(JOINTS, TIMES, Q, QD, QDD)
-    want = BPoly.from_derivatives(TIMES, np.stack([Q, QD, QDD], axis=1))
-    for order in range(3):
-        np.testing.assert_allclose(found.at(T, order), want(T, order), atol=1e-7)
-    for order, given in enumerate((Q, QD, QDD)):
-        np.testing.assert_allclose(found.knots(order), given, atol=1e-9)
+@pytest.mark.parametrize(
+    ("kind", "given", "judge", "orders"),
+    [("lines", (Q,), by_numpy, 1), ("cubics", (Q, QD), CUBICS, 4), ("quintics", (Q, QD, QDD), QUINTICS, 3)],
+)
+def test_pieces_are_those_of_scipy(kind: str, given: Any, judge: Any, orders: int) -> None:
+    found = Trajectory.through(JOINTS, TIMES, *given)
+    assert found.interpolation == kind
+    for order in range(orders):
+        np.testing.assert_allclose(found.at(T, order), judge(T, order), atol=1e-7)
+    for order, column in enumerate(given):
+        np.testing.assert_allclose(found.knots(order), column, atol=1e-9)
 
 
 @pytest.mark.parametrize("given", [(Q,), (Q, QD), (Q, QD, QDD)])
@@ -59,11 +58,6 @@ def test_extrema_are_those_of_dense_samples(given: Any) -> None:
         share, piece, joint = found.worst(order, MOST)
         assert share == pytest.approx((found.largest(order) / MOST).max(), rel=1e-12)
         assert share == pytest.approx(found.largest(order)[piece, joint] / MOST[joint], rel=1e-12)
-
-
-def test_no_joint_is_named_twice() -> None:
-    with pytest.raises(ArrayError, match="name each once"):
-        Trajectory.from_points(("a", "a"), TIMES, np.zeros((len(TIMES), 2)))
 
 
 def test_before_and_after_it_stands_still() -> None:
@@ -118,11 +112,3 @@ def test_samples_as_a_table() -> None:
     ]
     np.testing.assert_array_equal(table["time"], found.times)
     np.testing.assert_array_equal(table[["qddd_a", "qddd_b", "qddd_c"]], found.jerks)
-
-
-def test_without_pandas_the_remedy_is_an_extra(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setitem(sys.modules, "pandas", None)
-    with pytest.raises(
-        InstallationError, match=r"package pandas is missing: run pip install 'gabf-planner\[interop\]'"
-    ):
-        Trajectory.from_points(JOINTS, TIMES, Q).sample(0.1).to_pandas()

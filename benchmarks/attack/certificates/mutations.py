@@ -64,7 +64,7 @@ class Case:
             return None
 
 
-def packed(data: Data) -> Data:
+def pack_witnesses(data: Data) -> Data:
     """The same witnesses, of which rows were changed, as the file has them: as many as there are of each piece."""
     order = np.lexsort((data["low"], data["piece"], data["pair"]))
     parts = np.zeros((int((data["left"] == verify_proof.PROVEN).sum()) + 1, data["parts"].shape[1]), dtype=np.int32)
@@ -80,12 +80,12 @@ def _points(data: Data) -> dict[str, Any]:
     return {"points": [{"t": t / 1e9, **row} for t, row in zip(clock.tolist(), rows, strict=True)]}
 
 
-def mutated(case: Case, rng: Rng) -> tuple[Data, dict[str, Any], str]:
+def mutate(case: Case, rng: Rng) -> tuple[Data, dict[str, Any], str]:
     """Other contents, and what was changed."""
     data, words = {name: array.copy() for name, array in case.data.items()}, dict(case.meta)
     kind = rng.choice(list(_KINDS))
     _KINDS[kind](data, words, rng)
-    return packed(data) if kind in _OF_ROWS else data, words, str(kind)
+    return pack_witnesses(data) if kind in _OF_ROWS else data, words, str(kind)
 
 
 def largest(case: Case, rng: Rng) -> tuple[Data, str] | None:
@@ -109,7 +109,7 @@ def largest(case: Case, rng: Rng) -> tuple[Data, str] | None:
     return None if best is None else (best, name)
 
 
-def climbed(case: Case, rng: Rng, margin: float) -> tuple[Data, dict[str, Any]]:
+def climb_witnesses(case: Case, rng: Rng, margin: float) -> tuple[Data, dict[str, Any]]:
     """The witnesses, turned and halved until they nearly show a larger ``margin`` (m) than there is."""
     data, words = {name: array.copy() for name, array in case.data.items()}, case.meta
     data["margin"] = np.array(margin)
@@ -128,7 +128,7 @@ def climbed(case: Case, rng: Rng, margin: float) -> tuple[Data, dict[str, Any]]:
         tried["normal"] += (way * 10.0 ** rng.uniform(-7, -0.5)).astype(np.float32)
         if _slack(data | tried, pieces, reach).min() > slack[worst]:
             data |= {name: np.concatenate([np.delete(data[name], worst, axis=0), tried[name]]) for name in WITNESSES}
-    return packed(data | {name: np.concatenate([data[name], last[name]]) for name in WITNESSES}), words
+    return pack_witnesses(data | {name: np.concatenate([data[name], last[name]]) for name in WITNESSES}), words
 
 
 def _slack(data: Data, pieces: Any, reach: Any) -> Any:
@@ -137,20 +137,20 @@ def _slack(data: Data, pieces: Any, reach: Any) -> Any:
     return apart - need
 
 
-def _held(data: Data, kinds: str) -> list[str]:
+def _array_names(data: Data, kinds: str) -> list[str]:
     """The names of the arrays of these kinds that are in the file and not empty."""
     return [name for name in verify_proof.FIELDS if data[name].dtype.kind in kinds and data[name].size]
 
 
-def _numbers(data: Data, words: dict[str, Any], rng: Rng, names: tuple[str, ...] = ()) -> None:
-    array = data[name := str(rng.choice([name for name in _held(data, "f") if name in (names or data)]))]
+def _change_numbers(data: Data, words: dict[str, Any], rng: Rng, names: tuple[str, ...] = ()) -> None:
+    array = data[name := str(rng.choice([name for name in _array_names(data, "f") if name in (names or data)]))]
     way = rng.normal(size=array.shape) * 10.0 ** rng.uniform(-12, 1)
     if rng.random() < 0.7:
         way.ravel()[np.arange(way.size) != rng.integers(way.size)] = 0.0
     data[name] = (array + way).astype(array.dtype)
 
 
-def _nudged(data: Data, words: dict[str, Any], rng: Rng) -> None:
+def _nudge_interval(data: Data, words: dict[str, Any], rng: Rng) -> None:
     """The end of an interval moved by one number, or swapped with another."""
     a, b = rng.integers(len(data["high"]), size=2)
     if rng.random() < 0.2:
@@ -159,8 +159,8 @@ def _nudged(data: Data, words: dict[str, Any], rng: Rng) -> None:
         data["high"][a] = np.nextafter(data["high"][a], rng.choice([-1.0, 2.0]))
 
 
-def _counted(data: Data, words: dict[str, Any], rng: Rng) -> None:
-    """A witness is said to be of the piece or the pair beside its own."""
+def _miscount(data: Data, words: dict[str, Any], rng: Rng) -> None:
+    """Count a witness to the next polynomial piece or pair."""
     parts = data["parts"].ravel()
     a = rng.integers(len(parts))
     b = (a + rng.choice([1, -1, data["parts"].shape[1]])) % len(parts)
@@ -169,7 +169,7 @@ def _counted(data: Data, words: dict[str, Any], rng: Rng) -> None:
     data["parts"] = parts.reshape(data["parts"].shape)
 
 
-def _exempted(data: Data, words: dict[str, Any], rng: Rng) -> None:
+def _exempt(data: Data, words: dict[str, Any], rng: Rng) -> None:
     """Another reason, perhaps one pair for another."""
     a, b = rng.integers(len(data["left"]), size=2)
     if rng.random() < 0.5:
@@ -178,21 +178,21 @@ def _exempted(data: Data, words: dict[str, Any], rng: Rng) -> None:
         data["left"][[a, b]] = data["left"][[b, a]]
 
 
-def _hash(data: Data, words: dict[str, Any], rng: Rng) -> None:
+def _change_hash(data: Data, words: dict[str, Any], rng: Rng) -> None:
     key = rng.choice(list(words["identity"]))
     said = words["identity"][key]
     at = rng.integers(len(said))
     words["identity"] = {**words["identity"], key: said[:at] + rng.choice(list("0123456789abcdef")) + said[at + 1 :]}
 
 
-def _special(data: Data, words: dict[str, Any], rng: Rng) -> None:
-    name = rng.choice(_held(data, "f"))
+def _insert_special(data: Data, words: dict[str, Any], rng: Rng) -> None:
+    name = rng.choice(_array_names(data, "f"))
     with np.errstate(over="ignore"):
         data[name].ravel()[rng.integers(data[name].size)] = rng.choice(_SPECIAL)
 
 
-def _whole_numbers(data: Data, words: dict[str, Any], rng: Rng) -> None:
-    name = rng.choice(_held(data, "iu")[1:])  # but for meta
+def _change_integers(data: Data, words: dict[str, Any], rng: Rng) -> None:
+    name = rng.choice(_array_names(data, "iu")[1:])  # but for meta
     array = data[name].reshape(-1)
     info = np.iinfo(array.dtype)
     k = rng.integers(array.size)
@@ -207,14 +207,14 @@ def _whole_numbers(data: Data, words: dict[str, Any], rng: Rng) -> None:
     array[k] = rng.choice(array) if rng.random() < 0.3 else array[k]
 
 
-def _witness_gone(data: Data, words: dict[str, Any], rng: Rng) -> None:
+def _drop_witness(data: Data, words: dict[str, Any], rng: Rng) -> None:
     kept = np.ones(len(data["piece"]), dtype=bool)
     kept[rng.integers(len(kept))] = False
     for name in WITNESSES:
         data[name] = data[name][kept]
 
 
-def _widened(data: Data, words: dict[str, Any], rng: Rng) -> None:
+def _widen(data: Data, words: dict[str, Any], rng: Rng) -> None:
     """A wide interval in place of a neighbour's."""
     k = rng.integers(len(data["piece"]))
     if rng.random() < 0.5:
@@ -226,14 +226,14 @@ def _widened(data: Data, words: dict[str, Any], rng: Rng) -> None:
     data["low"][k - int(same[:k].sum())], data["high"][k - int(same[:k].sum())] = 0.0, 1.0
 
 
-def _turned(data: Data, words: dict[str, Any], rng: Rng) -> None:
+def _turn_plane(data: Data, words: dict[str, Any], rng: Rng) -> None:
     k, other = rng.integers(len(data["normal"]), size=2)
     data["normal"][k] = [-1, 1][rng.integers(2)] * data["normal"][other] + rng.normal(size=3) * 10.0 ** rng.uniform(
         -4, 1
     )
 
 
-def _pair_gone(data: Data, words: dict[str, Any], rng: Rng) -> None:
+def _drop_pair(data: Data, words: dict[str, Any], rng: Rng) -> None:
     """A pair left out, with its witnesses, perhaps as one that is exempt."""
     gone = rng.integers(len(data["pairs"]))
     kept = data["pair"] != gone
@@ -246,23 +246,23 @@ def _pair_gone(data: Data, words: dict[str, Any], rng: Rng) -> None:
         data["left"] = np.delete(data["left"], at)
 
 
-def _swapped(data: Data, words: dict[str, Any], rng: Rng) -> None:
-    name = rng.choice([name for name in _held(data, "fiu")[1:] if data[name].ndim and len(data[name]) > 1])
+def _swap_rows(data: Data, words: dict[str, Any], rng: Rng) -> None:
+    name = rng.choice([name for name in _array_names(data, "fiu")[1:] if data[name].ndim and len(data[name]) > 1])
     a, b = rng.integers(len(data[name]), size=2)
     data[name][[a, b]] = data[name][[b, a]]
 
 
-def _cut(data: Data, words: dict[str, Any], rng: Rng) -> None:
+def _cut_array(data: Data, words: dict[str, Any], rng: Rng) -> None:
     name = rng.choice([name for name in verify_proof.FIELDS if name != "meta" and data[name].ndim])
     data[name] = data[name][:-1] if rng.random() < 0.5 else data[name].astype(rng.choice(["f8", "f4", "i8", "c16"]))
 
 
-def _said(data: Data, words: dict[str, Any], rng: Rng) -> None:
+def _change_words(data: Data, words: dict[str, Any], rng: Rng) -> None:
     key = rng.choice(list(words))
     words[key] = [None, "x", -1.0, [], {}, 2, True, float("nan"), 1e9][rng.integers(9)]
 
 
-def _floor(data: Data, words: dict[str, Any], rng: Rng) -> None:
+def _change_floor(data: Data, words: dict[str, Any], rng: Rng) -> None:
     """A higher floor, or one of other rows or of another tool."""
     what = rng.integers(5)
     if what < 2:
@@ -276,23 +276,23 @@ def _floor(data: Data, words: dict[str, Any], rng: Rng) -> None:
 
 
 _KINDS: dict[str, Callable[[Data, dict[str, Any], Rng], None]] = {
-    "a plane turned": _turned,
-    "an interval widened": _widened,
-    "an interval's end moved": _nudged,
-    "witnesses counted otherwise": _counted,
-    "a pair left out": _pair_gone,
-    "a witness left out": _witness_gone,
-    "a waypoint": partial(_numbers, names=("path", "knots")),
-    "a frame": partial(_numbers, names=("turn", "shift", "axis")),
-    "a hull's vertex": partial(_numbers, names=("points", "radius")),
-    "an exemption": _exempted,
-    "a hash": _hash,
-    "NaN and the like": _special,
-    "other numbers": _numbers,
-    "whole numbers": _whole_numbers,
-    "rows swapped": _swapped,
-    "an array cut": _cut,
-    "a floor": _floor,
-    "words": _said,
+    "a plane turned": _turn_plane,
+    "an interval widened": _widen,
+    "an interval's end moved": _nudge_interval,
+    "witnesses counted otherwise": _miscount,
+    "a pair left out": _drop_pair,
+    "a witness left out": _drop_witness,
+    "a waypoint": partial(_change_numbers, names=("path", "knots")),
+    "a frame": partial(_change_numbers, names=("turn", "shift", "axis")),
+    "a hull's vertex": partial(_change_numbers, names=("points", "radius")),
+    "an exemption": _exempt,
+    "a hash": _change_hash,
+    "NaN and the like": _insert_special,
+    "other numbers": _change_numbers,
+    "whole numbers": _change_integers,
+    "rows swapped": _swap_rows,
+    "an array cut": _cut_array,
+    "a floor": _change_floor,
+    "words": _change_words,
 }
 _OF_ROWS = ("an interval widened", "a pair left out", "a witness left out")

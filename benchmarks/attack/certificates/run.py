@@ -13,7 +13,7 @@ import numpy as np
 
 from benchmarks.attack.certificates.folders import AROUND, folder_of
 from benchmarks.attack.certificates.judge import beyond_limits, closest, least_w
-from benchmarks.attack.certificates.mutations import Case, Data, climbed, largest, mutated
+from benchmarks.attack.certificates.mutations import Case, Data, climb_witnesses, largest, mutate
 from planner.certificate import PROOF_NAME, verify
 from planner.certificate.certificate import require_same_world
 from planner.certificate.geometry import extract_geometry
@@ -59,7 +59,7 @@ def certify(robot: str, scene: str, seed: int) -> dict[str, Any]:
 
 def change(chunk: int, seed: int) -> dict[str, Any]:
     """Counts of a chunk of changed certificates and of those accepted, by kind, and the false ones among these."""
-    found = _tried(_cases(seed)[1], np.random.default_rng([seed, chunk]))
+    found = _try_changes(_cases(seed)[1], np.random.default_rng([seed, chunk]))
     return {
         "tried": CHUNK,
         "free": sum(accepted for _, accepted in found["counts"].values()),
@@ -81,7 +81,7 @@ def _cases(seed: int) -> tuple[tempfile.TemporaryDirectory, list[tuple[Case, Wor
     return place, made
 
 
-def _tried(cases: list[tuple[Case, World, float]], rng: np.random.Generator) -> dict[str, Any]:
+def _try_changes(cases: list[tuple[Case, World, float]], rng: np.random.Generator) -> dict[str, Any]:
     """Counts of what was changed and of what was accepted, by kind, and what is false of that."""
     counts, false = dict[str, list[int]](), list[str]()
     for k in range(CHUNK):
@@ -90,21 +90,21 @@ def _tried(cases: list[tuple[Case, World, float]], rng: np.random.Generator) -> 
             data, kind = largest(case, rng) or (None, "")
             kind, words = "the largest change that is accepted", case.meta
         elif k == 1:
-            data, words = climbed(case, rng, near + 10.0 ** rng.uniform(-9, -4))
-            data, kind = data if case.accepts(data, words) else None, "witnesses climbed to more than there is"
+            data, words = climb_witnesses(case, rng, near + 10.0 ** rng.uniform(-9, -4))
+            data, kind = data if case.accepts(data, words) else None, "witnesses climb_witnesses to more than there is"
             false += [kind] if data is not None else []
         else:
-            data, words, kind = mutated(case, rng)
+            data, words, kind = mutate(case, rng)
             data = data if case.accepts(data, words, follow := bool(rng.random() < 0.5)) else None
             if data is not None and not follow and not _same(data, case.data, ("path", "clock", "knots", "limits")):
                 false.append(f"{kind}: not what is in the folder")
         counts[kind] = [a + b for a, b in zip(counts.get(kind, [0, 0]), (1, int(data is not None)), strict=True)]
         if data is not None:
-            false += [f"{kind}: {what}" for what in _wrong(case, data, words, world, rng)]
+            false += [f"{kind}: {what}" for what in _false_claims(case, data, words, world, rng)]
     return {"counts": counts, "false": false}
 
 
-def _wrong(case: Case, data: Data, words: dict[str, Any], world: World, rng: np.random.Generator) -> list[str]:
+def _false_claims(case: Case, data: Data, words: dict[str, Any], world: World, rng: np.random.Generator) -> list[str]:
     """What is not true of a certificate that was accepted; and whether it passes as one of another world's."""
     found = ["too close"] if closest(data, _SAMPLES, rng, MARGIN) < MARGIN - 1e-7 else []
     found += ["below the floor"] if least_w(data, words, _SAMPLES) < data["floor"] - 1e-9 else []
