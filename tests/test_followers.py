@@ -194,7 +194,7 @@ def test_a_plan_and_its_motion_keep_the_rod_off_the_ball(planned: Plan) -> None:
 
 def case_of(folder: Path, planned: Plan) -> Case:
     folder_of(folder, planned.checker, planned.path, planned.trajectory, 1e-3)
-    return Case.of(folder)
+    return Case.from_folder(folder)
 
 
 def test_a_certificate_holds_and_false_ones_are_refused(planned: Plan, tmp_path: Path) -> None:
@@ -257,8 +257,8 @@ def test_certificates_of_random_linkages_are_true(which: int, tmp_path: Path) ->
         if certificate.whole:
             whole += 1
             assert verify_proof.check(folder, made.path)
-            assert closest(Case.of(folder).data, 40, np.random.default_rng(k), 1.0) > 0
-            assert least_w(Case.of(folder).data, certificate.meta, 20) >= 1e-4
+            assert closest(Case.from_folder(folder).data, 40, np.random.default_rng(k), 1.0) > 0
+            assert least_w(Case.from_folder(folder).data, certificate.meta, 20) >= 1e-4
     assert whole
 
 

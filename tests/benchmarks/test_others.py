@@ -24,7 +24,6 @@ from tests.tool_paths.judge import line_of
 from tests.worlds import random_q
 
 PATH = [np.array([-1.0, 0.8]), np.array([-1.0, 2.5]), np.array([1.0, -0.8])]
-SHORT = [PATH[0], PATH[2]]
 
 
 @pytest.fixture

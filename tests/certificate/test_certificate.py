@@ -173,7 +173,7 @@ def test_joints_that_slide_or_turn_for_good_are_certified(tmp_path: Path) -> Non
     folder, certificate = folder_of(tmp_path / "out", checker, path)
     assert certificate.whole
     assert "Joints and shapes" in verify_proof.check(folder, urdf)
-    case = Case.of(folder)
+    case = Case.from_folder(folder)
     near = closest(case.data, 300, np.random.default_rng(0), 1.0)
     assert near > 0.01
     assert not case.accepts({**case.data, "margin": np.array(near + 1e-6)}, case.meta)

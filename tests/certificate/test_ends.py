@@ -23,7 +23,7 @@ PATH = np.array([[-1.0, 0.6, 0.1, -1.5, 0.2, 1.0, 0.3], [-0.8, 0.7, 0.1, -1.4, 0
 @pytest.fixture
 def case(tmp_path: Path) -> Case:
     """The iiwa 14 in an empty scene."""
-    return Case.of(folder_of(tmp_path, make_checker(load("iiwa14"), Scene.load("empty")), PATH)[0])
+    return Case.from_folder(folder_of(tmp_path, make_checker(load("iiwa14"), Scene.load("empty")), PATH)[0])
 
 
 def said_of(case: Case, goal: str, config: dict[str, object] | None = None, **words: object) -> str | None:
@@ -62,7 +62,7 @@ def test_joint_values_are_those_asked_for(case: Case) -> None:
 def test_joints_without_limits_may_be_whole_turns_off(tmp_path: Path) -> None:
     robot = load("kinova")
     path = np.full((2, robot.dof), 1.5)
-    case = Case.of(folder_of(tmp_path, make_checker(robot, Scene.load("empty")), path)[0])
+    case = Case.from_folder(folder_of(tmp_path, make_checker(robot, Scene.load("empty")), path)[0])
     turning = int(np.flatnonzero(robot.continuous)[0])
     for joint, accepted in ((turning, True), (int(np.flatnonzero(~robot.continuous)[0]), False)):
         goal = "q:" + ",".join(map(repr, (path[0] + 2 * np.pi * np.eye(robot.dof)[joint]).tolist()))
@@ -94,7 +94,7 @@ def test_the_ends_of_plans_are_judged(goal: str, tmp_path: Path) -> None:
     said = verify_proof.check(tmp_path)
     assert "Its start is 'start', 'xyz:" in said
     assert f"Its goal is {found.goal!r}" in said
-    case = Case.of(tmp_path)
+    case = Case.from_folder(tmp_path)
     with pytest.raises(Refused, match="start is not"):
         verify_proof.require_ends(
             {**case.data, "path": case.data["path"] + 1e-5},

@@ -31,7 +31,7 @@ def case_of(folder: Path, checker: CollisionChecker, path: np.ndarray = AROUND, 
     made, certificate = folder_of(folder / "out", checker, path, time_path(path, checker) if timed else None)
     assert certificate.whole
     verify_proof.check(made)
-    return Case.of(made)
+    return Case.from_folder(made)
 
 
 def test_a_disc_so_thin_that_its_length_squared_is_no_number(tmp_path: Path) -> None:
@@ -206,7 +206,7 @@ def test_a_mesh_is_no_text_that_stands_in_its_header(tmp_path: Path) -> None:
 def test_a_joint_that_stands_before_what_carries_it_in_the_urdf(tmp_path: Path) -> None:
     """Else its frame is made of one that was not computed yet."""
     folder, _ = folder_of(tmp_path / "out", make_post(), AROUND)
-    case, urdf = Case.of(folder), load("planar_2r").source.path
+    case, urdf = Case.from_folder(folder), load("planar_2r").source.path
     assert verify_proof.check(folder, urdf)
     words = {**case.meta, "joints": case.meta["joints"][::-1], "tree": case.meta["tree"][::-1]}
     case.plan["joints"] = words["joints"]

@@ -29,7 +29,7 @@ LEAST = float(manipulability(make_post().robot, AROUND[[-1]])[0])  # where AROUN
 def case(tmp_path: Path) -> Case:
     """A path and a motion whose floor is all but the least w there is."""
     folder, _ = folder_of(tmp_path, make_post(), AROUND, time_path(AROUND, make_post()), floor=0.999 * LEAST)
-    return Case.of(folder)
+    return Case.from_folder(folder)
 
 
 def test_a_floor_is_shown_along_all_of_path_and_motion(case: Case) -> None:
@@ -47,7 +47,7 @@ def test_a_floor_above_what_is_kept_is_refused(case: Case, floor: float) -> None
 def test_the_part_of_a_path_that_starts_below_the_floor_is_named(tmp_path: Path) -> None:
     path = np.array([[1.6, 0.05], [1.6, 2.0]])
     post = make_post()
-    case = Case.of(folder_of(tmp_path, post, path, floor=0.1)[0])
+    case = Case.from_folder(folder_of(tmp_path, post, path, floor=0.1)[0])
     begins = (np.arcsin(0.1 / float(manipulability(post.robot, np.array([[0.0, np.pi / 2]]))[0])) - 0.05) / 1.95
     shown = case.data["low"][(case.data["pair"] == len(case.data["pairs"])) & case.data["normal"].any(axis=1)].min()
     assert begins < shown < begins + 1e-5

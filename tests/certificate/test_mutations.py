@@ -30,7 +30,7 @@ def cases(tmp_path_factory: pytest.TempPathFactory) -> list[Case]:
     for name, moved in (("path", None), ("motion", motion)):
         folder, certificate = folder_of(tmp_path_factory.mktemp(name), checker, AROUND, moved)
         assert certificate.whole
-        made.append(Case.of(folder))
+        made.append(Case.from_folder(folder))
     return made
 
 

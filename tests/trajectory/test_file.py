@@ -36,7 +36,6 @@ FILE: dict[str, Any] = {
     "joints": [A],
     "points": [{"t": 0, "q": [1], "qd": [0], "qdd": [0]}] * 2,
 }
-EVENT = {"t": 0, "kind": "attach", "object": "mug", "link": "hand"}
 
 
 BAD = [

@@ -33,7 +33,7 @@ def by_numpy(t: np.ndarray, order: int) -> np.ndarray:
     [("lines", (Q,), by_numpy, 1), ("cubics", (Q, QD), CUBICS, 4), ("quintics", (Q, QD, QDD), QUINTICS, 3)],
 )
 def test_pieces_are_those_of_scipy(kind: str, given: Any, judge: Any, orders: int) -> None:
-    found = Trajectory.through(JOINTS, TIMES, *given)
+    found = Trajectory.from_points(JOINTS, TIMES, *given)
     assert found.interpolation == kind
     for order in range(orders):
         np.testing.assert_allclose(found.at(T, order), judge(T, order), atol=1e-7)

@@ -32,7 +32,7 @@ class Case:
     motion: dict[str, Any] | None
 
     @staticmethod
-    def of(folder: Path) -> Case:
+    def from_folder(folder: Path) -> Case:
         """The case in a folder."""
         data, words = verify_proof.read(folder / PROOF_NAME)
         verify_proof.assign_witnesses(data, words, verify_proof.curves(data))

@@ -47,7 +47,7 @@ def certify(robot: str, scene: str, seed: int) -> dict[str, Any]:
         place, began = Path(name), time.process_time()
         found.save_without_page(place, certificate=True)
         certify_s = time.process_time() - began
-        made, began = len(Case.of(place).data["piece"]), time.process_time()
+        made, began = len(Case.from_folder(place).data["piece"]), time.process_time()
         try:
             verdict = verify(place, found.checker.world).partition(":")[0].lower()
         except Refused as why:
@@ -76,7 +76,7 @@ def _cases(seed: int) -> tuple[tempfile.TemporaryDirectory, list[tuple[Case, Wor
     scene = Scene("post", (Obstacle("post", Box((0.1, 0.02, 0.2)), pose([0.75, 0.0, 0.0])),))
     checker, made = make_checker(Robot.load("planar_2r"), scene, margin=MARGIN), []
     for name, motion in (("path", None), ("motion", time_path(AROUND, checker, time_law="shortcuts"))):
-        case = Case.of(folder_of(Path(place.name) / name, checker, AROUND, motion, FLOOR)[0])
+        case = Case.from_folder(folder_of(Path(place.name) / name, checker, AROUND, motion, FLOOR)[0])
         made.append((case, checker.world, closest(case.data, 200, np.random.default_rng(seed), 1.0)))
     return place, made
 
