@@ -133,7 +133,7 @@ CALLS: dict[str, Callable[[], object]] = {
     "at, NaN": lambda: MOTION.at(NAN),
     "stop_at": lambda: planner.stop_at(planner.time_path(FINE, checker(), time_law="blended"), NAN),
     "prove, unequal": lambda: prover().prove(FINE[:2], FINE[:1]),
-    "prove, room": lambda: prover().prove(FINE[:1], 0.1 * FINE[:1], room=NAN),
+    "prove, resolution": lambda: prover().prove(FINE[:1], 0.1 * FINE[:1], resolution=NAN),
     "prove, some pairs": lambda: prover().only(np.zeros(100, dtype=bool)),
     "first_free, motions": lambda: first_free(prover(), FINE, FINE, np.array([7]), np.array([1])),
     "cheapest_chain, prices": lambda: cheapest_chain(prover(), FINE, np.ones((2, 2))),

@@ -162,7 +162,7 @@ def test_no_point_moves_further_than_its_reach(which: str | int) -> None:
     delta = random_q(robot, 40, seed=1) - q
     delta *= rng.choice([0.01, 0.3, 1.0], (40, 1)) * (rng.random(delta.shape) < 0.5)
     (turn, shift), (turned, shifted) = (joint_placements(Chain.from_arm(robot), rows) for rows in (q, q + delta))
-    most = Reach.of(robot).motion(delta)
+    most = Reach.from_robot(robot).motion(delta)
     for k, body in enumerate(robot.bodies):
         points = some_points(body, rng)
         moved = points @ (turned - turn)[body.joint].transpose(0, 2, 1) + (shifted - shift)[body.joint][:, None]
@@ -231,7 +231,7 @@ def test_the_checker_knows_how_far_all_joints_move_at_most(which: str | int) -> 
     made, rng = linkage(which), np.random.default_rng(6)
     curves = np.concatenate([curves_of(made.robot, 20, 3, seed=7), np.zeros((20, 2, made.robot.dof))], axis=1)
     low = rng.uniform(0.0, 0.9, 20)
-    data = extract_geometry(World.of(made.robot, BALL, frozenset())) | {
+    data = extract_geometry(World.from_scene(made.robot, BALL, frozenset())) | {
         "piece": np.arange(20),
         "low": low,
         "high": low + 0.1,

@@ -1,4 +1,4 @@
-"""Questions about a configuration or a motion among obstacles. Start with :func:`make_checker`."""
+"""Collision checks of configurations and proofs of motions. Start with :func:`make_checker`."""
 
 from collections.abc import Sequence
 from functools import lru_cache
@@ -24,27 +24,27 @@ def make_checker(
     margin: float = 0.0,
     constraint: str | Condition | Sequence[str | Condition] = (),
 ) -> CollisionChecker:
-    """A collision checker of ``robot`` among the scene's obstacles, where it is None among none.
+    """Return a collision checker for ``robot`` among the obstacles of ``scene`` (None: no obstacles).
 
-    ``margin`` (m) is a distance to keep from everything: what comes closer counts as a collision. Link pairs that need
-    no check come from the robot (its SRDF or robot file), else they are worked out. The ``backend`` says what touches;
-    proofs of whole motions, :class:`planner.collision.edge_prover.EdgeProver`, rest on planes of our own. What motions
-    ``constraint`` besides is proven with them; limits of joints are the robot's.
+    A pair closer than ``margin`` (m) counts as a collision. Link pairs to ignore come from the SRDF or robot file;
+    without these, they are computed by sampling. The ``backend`` decides contacts;
+    :class:`planner.collision.edge_prover.EdgeProver` proves motions with separating planes of our own, and each
+    ``constraint`` along them.
     """
     kind = _backend(backend)
     conditions = read_conditions(constraint)
     WorldRequest(margin=margin)  # refuses a margin out of range
     require_orientations(conditions, robot)
-    disabled, made = robot.disabled_pairs, None
+    disabled, new = robot.disabled_pairs, None
     if disabled is None:
-        disabled, made = compute_disabled_pairs(robot, kind)
-    return kind(World.of(robot, resolve_frames(Scene.load(scene), robot), disabled, margin, conditions), made)
+        disabled, new = compute_disabled_pairs(robot, kind)
+    return kind(World.from_scene(robot, resolve_frames(Scene.load(scene), robot), disabled, margin, conditions), new)
 
 
 def second_checker(checker: CollisionChecker) -> CollisionChecker:
-    """A checker by coal in the world of ``checker``; ``checker`` itself where it is coal.
+    """Return a coal checker for the same world, or ``checker`` itself if it is coal.
 
-    Coal is quick, and shares no code with our proofs, nor with FCL: it checks finished paths once more.
+    Coal is fast and shares no code with our proofs or with FCL, so it rechecks finished paths independently.
     """
     return checker if checker.name == "coal" else _by_coal(checker)
 
@@ -54,13 +54,13 @@ def _by_coal(checker: CollisionChecker) -> CollisionChecker:
     from planner.collision.coal import CoalChecker
 
     known = checker.second[-1] if checker.second else None
-    made = CoalChecker(checker.world, known if isinstance(known, CoalChecker) else None, checker.bound)
-    checker.second[:] = [made]
-    return made
+    new = CoalChecker(checker.world, known if isinstance(known, CoalChecker) else None, checker.bound)
+    checker.second[:] = [new]
+    return new
 
 
 def coal_checker(world: World, known: CollisionChecker | None = None) -> CollisionChecker:
-    """A checker by coal of any world, one with some of the pairs only included; ``known``: by coal in one like it."""
+    """Return a coal checker for a world; ``known`` is a checker whose shapes it can share."""
     return _backend("coal")(world, known)
 
 

@@ -1,4 +1,4 @@
-"""Spheres and rounded boxes that contain a shape: what makes a clearance bound cheap and never too large."""
+"""Spheres and rounded boxes that contain a shape, for cheap conservative clearance bounds."""
 
 from dataclasses import dataclass
 from functools import lru_cache
@@ -21,9 +21,9 @@ class Spheres:
 
 
 def sphere_cover(shape: Shape, count: int, enough: float = 0.0) -> Spheres:
-    """At most about ``count`` spheres whose union contains the shape; more of them fit more closely.
+    """Return up to about ``count`` spheres whose union contains the shape; more spheres fit more closely.
 
-    Boxes and meshes are not cut into cells shorter than ``enough`` (m).
+    Boxes and meshes are not divided into cells shorter than ``enough`` (m).
     """
     match shape:
         case Sphere(radius):
@@ -35,13 +35,13 @@ def sphere_cover(shape: Shape, count: int, enough: float = 0.0) -> Spheres:
         case Box(size):
             return _box_cells(np.array(size), count, enough)
         case Mesh():
-            pieces = _cut_long(shape, 1.5 * enough) if enough > 0 else shape
-            cover = _around_groups(pieces, _split_triangles(pieces, count, enough))
+            pieces = _split_long_triangles(shape, 1.5 * enough) if enough > 0 else shape
+            cover = _cover_groups(pieces, _split_triangles(pieces, count, enough))
             return _spheres(cover.centres, cover.radii + shape.radius)
 
 
 def box_cover(mesh: Mesh, count: int) -> tuple[Floats, Floats]:
-    """Axis-aligned boxes that contain the triangles of a mesh: centres (k, 3) and half sizes (k, 3)."""
+    """Return axis-aligned boxes that contain the triangles: centres (k, 3) and half sizes (k, 3), m."""
     groups = _split_triangles(mesh, count)
     low = np.array([mesh.vertices[mesh.triangles[g]].reshape(-1, 3).min(axis=0) for g in groups])
     high = np.array([mesh.vertices[mesh.triangles[g]].reshape(-1, 3).max(axis=0) for g in groups])
@@ -69,7 +69,7 @@ def _along_cylinder(radius: float, length: float, count: int) -> Spheres:
 
 
 def _box_cells(size: Floats, count: int, enough: float) -> Spheres:
-    """The box cut into near-cubes, a sphere around each: one cut at a time through the longest cell side."""
+    """Divide the box into near-cubes, always through the longest cell side, with a sphere around each."""
     cuts = np.ones(3, dtype=int)
     while (size / cuts).max() > enough:
         longest = int(np.argmax(size / cuts))
@@ -81,10 +81,10 @@ def _box_cells(size: Floats, count: int, enough: float) -> Spheres:
     return _spheres(centres, 0.5 * float(np.linalg.norm(size / cuts, axis=0)))
 
 
-def _cut_long(mesh: Mesh, longest: float, most: int = 20_000) -> Mesh:
-    """The same surface with no side longer than ``longest`` (m): a sphere around a long triangle is mostly empty.
+def _split_long_triangles(mesh: Mesh, longest: float, most: int = 20_000) -> Mesh:
+    """Halve triangles until no side exceeds ``longest`` (m) or there are ``most`` of them.
 
-    Triangles are halved across their longest side, round by round, until there are ``most``.
+    A sphere around a long triangle is mostly empty.
     """
     corners = mesh.vertices[mesh.triangles]
     while len(corners) < most:
@@ -101,7 +101,7 @@ def _cut_long(mesh: Mesh, longest: float, most: int = 20_000) -> Mesh:
 
 
 def _split_triangles(mesh: Mesh, count: int, enough: float = 0.0) -> list[np.ndarray]:
-    """Triangles in ``count`` groups: the group of largest extent is halved at the median until there are enough."""
+    """Divide triangles into ``count`` groups; the widest group is halved at its median each time."""
     middle = mesh.vertices[mesh.triangles].mean(axis=1)
     groups = [np.arange(len(middle))]
     extents = [np.ptp(middle, axis=0)]
@@ -117,7 +117,7 @@ def _split_triangles(mesh: Mesh, count: int, enough: float = 0.0) -> list[np.nda
     return groups
 
 
-def _around_groups(mesh: Mesh, groups: list[np.ndarray]) -> Spheres:
+def _cover_groups(mesh: Mesh, groups: list[np.ndarray]) -> Spheres:
     # a sphere that holds a triangle's three vertices holds the triangle: both are convex
     centres, radii = [], []
     for group in groups:
@@ -128,8 +128,8 @@ def _around_groups(mesh: Mesh, groups: list[np.ndarray]) -> Spheres:
     return _spheres(np.array(centres), np.array(radii))
 
 
-_MANY = 200  # points: of more only the corners of their hull are kept
-_MOST = 4_000_000  # distances of corners from planes: larger meshes are taken to have dents
+_MANY = 200  # points: larger sets are reduced to the corners of their hull
+_MOST = 4_000_000  # distances of corners from planes: larger meshes count as dented
 
 
 @lru_cache(maxsize=1024)
@@ -139,14 +139,14 @@ def hull_of(mesh: Mesh) -> tuple[Floats, float]:
     The depth is rough, 0 where the mesh is convex and inf where it is not closed: it says where the hull is good enough
     a bound.
     """
-    if isinstance(mesh, Seen):  # a box will do: no hull stands for a cloud
+    if isinstance(mesh, PathContact):  # a box will do: no hull stands for a cloud
         low, high = mesh.vertices.min(axis=0), mesh.vertices.max(axis=0)
         return frozen(0.5 * (low + high) + CORNERS * (high - low)), np.inf
     return frozen(hull_corners(mesh.vertices[vertices_in_triangles(mesh)])), dent_depth(mesh)
 
 
 def hull_corners(points: Floats) -> Floats:
-    """Of ``points`` (n, 3) fewer (k, 3) with the same convex hull; all different ones if they are few or in a plane."""
+    """Return the corners of the hull of ``points`` (n, 3); all distinct points if few or coplanar."""
     points = points[distinct_rows(points)[0]]
     if len(points) < _MANY:
         return points
@@ -159,10 +159,10 @@ def hull_corners(points: Floats) -> Floats:
 
 
 def dent_depth(mesh: Mesh) -> float:
-    """How deep (m) the surface of a mesh lies below its convex hull at most, roughly; inf where it is not closed.
+    """Return an estimate of the depth (m) of the surface below its convex hull; inf for open meshes.
 
-    0 where it is convex: how far any corner rises above any triangle. Nothing in a mesh that is thinned lies deeper
-    than half its size, which is enough to know of so large ones.
+    It is 0 for a convex mesh: the largest height of a corner above the plane of a triangle. For a simplified mesh,
+    which is large, half of its smallest extent is an upper bound.
     """
     if mesh.radius:
         return 0.5 * float(np.ptp(mesh.vertices, axis=0).min())
@@ -186,10 +186,10 @@ _WIDE = 1e-6  # m: by this
 
 
 def widen_triangles(mesh: Mesh) -> Mesh:
-    """The mesh with a micrometre of width for triangles that have none; the same mesh where there are no such.
+    """Return the mesh with degenerate triangles widened by a micrometre, or the mesh itself.
 
-    FCL called a ball of 2.3 m touching that was 0.22 m away from a mesh with two coinciding corners, coal one that was
-    0.56 m away. The longest side stays where it is; the corner opposite is replaced by one beside it.
+    FCL reported contact for a ball of 2.3 m at 0.22 m from a mesh with two coinciding corners, coal at 0.56 m. The
+    longest side stays; the opposite corner moves.
     """
     if isinstance(mesh, Points):
         vertices = (mesh.vertices[:, None] + _WIDE * np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0]])).reshape(-1, 3)
@@ -215,7 +215,7 @@ def widen_triangles(mesh: Mesh) -> Mesh:
 
 
 def _across(along: Floats) -> Floats:
-    """A unit vector (3,) at right angles to one that is not zero."""
+    """Return a unit vector (3,) perpendicular to a nonzero one."""
     axis = np.eye(3)[int(np.abs(along).argmin())]
     across: Floats = np.cross(along, axis).astype(float)
     return across / length(across)

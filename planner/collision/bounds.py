@@ -1,9 +1,9 @@
-"""Lower bounds on the distance of every pair: cheap ones by spheres, close ones by planes between convex sets.
+"""Lower bounds on pair distances: cheap ones by spheres, close ones by separating planes.
 
-Each body is covered by spheres, each obstacle is a rounded box or a cylinder (a mesh: many boxes), and the distance of
-a sphere from either is a formula. Where that says too little, two parallel planes between the shapes say how far apart
-they are at least, to a micrometre; a mesh that is not convex counts as the surface of its triangles. Neither bound
-exceeds the true distance, so what they clear needs no check by a collision library.
+Spheres cover each body; each obstacle is a rounded box or a cylinder (a mesh: many boxes), and the distance between a
+sphere and either has a closed form. Where that bound is too small, two parallel planes between the shapes give the
+distance to a micrometre; a non-convex mesh is treated as its triangles. Neither bound exceeds the true distance, so a
+pair that they clear needs no collision library.
 """
 
 from __future__ import annotations
@@ -54,9 +54,9 @@ class ClearanceBound:
     def __init__(
         self, world: World, known: ClearanceBound | None = None, motions: Mapping[str, KnownMotion] = _NONE
     ) -> None:
-        """``known``: the bounds of another world of the same arm; what is in both is taken from there, as it moves.
+        """Build bounds for ``world``; shapes that ``known`` (same arm) has are shared with it.
 
-        ``motions``: of obstacles by name; elsewhere than in proofs in time they are where they begin.
+        Obstacles named in ``motions`` follow these in proofs in time, and stand at their first pose elsewhere.
         """
         self.world = world
         self.native = NativeWorld(Chain.from_arm(world.robot).native, world.margin)
@@ -84,26 +84,23 @@ class ClearanceBound:
             self.native.set_travel(np.where(chain.prismatic, slides, np.inf))
 
     def coarse(self, rotation: Floats, position: Floats) -> Floats:
-        """(n, pairs) lower bounds in metres; +inf for pairs that are not checked.
+        """Return lower bounds (n, pairs) in metres; +inf for pairs that are not checked.
 
-        ``rotation`` (joints + 1, n, 3, 3) and ``position`` (joints + 1, n, 3) as ``joint_placements`` gives them.
+        ``rotation`` (joints + 1, n, 3, 3) and ``position`` (joints + 1, n, 3) are from ``joint_placements``.
         """
         return self.native.coarse(rotation, position)
 
     def close(
         self, rotation: Floats, position: Floats, rows: Ints, pairs: Ints, enough: Floats | float = np.inf
     ) -> Floats:
-        """(k,) lower bounds (m) for configuration ``rows[k]`` and pair ``pairs[k]``, to a micrometre; 0 in contact.
+        """Return lower bounds (k,) in metres for pair ``pairs[k]`` in configuration ``rows[k]``; 0 in contact.
 
-        Bounds of ``enough`` (k,) m need not be better.
+        They are within a micrometre of the distance, or at least ``enough`` (k,) m.
         """
         return self.native.close(rotation, position, rows, pairs, enough)
 
     def first_near(self, q: Floats) -> tuple[int, int] | None:
-        """The first configuration of (n, dof) in which a pair is not proven farther apart than the margin, and which.
-
-        None where there is none.
-        """
+        """Return the first of (n, dof) configurations that is not proven clear of the margin, and its pair."""
         row = self.native.first_near(q)
         if row == len(q):
             return None
@@ -113,11 +110,11 @@ class ClearanceBound:
         return row, int(pairs[gaps.argmin()])
 
     def is_clear(self, q: Floats) -> bool:
-        """Whether no surfaces of checked pairs are within the margin in any configuration (n, dof)."""
+        """Return whether all configurations (n, dof) are proven clear of the margin; enclosure is ignored."""
         return self.native.first_near(q) == len(q)
 
     def is_each_clear(self, q: Floats) -> Bools:
-        """The same (n,) of each configuration by itself."""
+        """Return :meth:`is_clear` (n,) for each configuration."""
         free, row = np.ones(len(q), dtype=bool), 0
         while (row := row + self.native.first_near(q[row:])) < len(q):
             free[row] = False
@@ -126,21 +123,21 @@ class ClearanceBound:
 
     @cached_property
     def motion_bounds(self) -> NativeBounds:
-        """How fast all pairs and bodies move at most, as proofs and looks ask."""
+        """Bounds on the speed of every pair and body per unit of joint speed."""
         world = self.world
         return self.native.bounds(world.pair_reach, world.reach.bodies, ~world.moving)
 
     def make_state_check(self, step: float) -> Look:
-        """The same of states along straight motions from a start by a delta (dof,), their ends and middles first.
+        """Return a contact check of straight motions by sampled states at most ``step`` (m) apart.
 
-        Between two of them no point moves further than ``step`` (m). One thread asks it.
+        It tests ends and middles first. One thread may use it at a time.
         """
         return self.native.look(self.motion_bounds, step)
 
 
 @lru_cache(maxsize=8)
 def _arm(bodies: tuple[Body, ...], chain: NativeChain) -> NativeWorld:
-    """The bodies of an arm, from which worlds take theirs: made once, whatever obstacles there are."""
+    """Return the bodies of an arm; worlds with different obstacles share them."""
     native = NativeWorld(chain, 0.0)
     for item in bodies:
         _add_body(native, item)
@@ -177,7 +174,7 @@ def _add_obstacle(native: NativeWorld, item: Obstacle, motion: KnownMotion | Non
 
 
 def _add(native: NativeWorld, joint: int, shape: Shape, placement: Floats) -> int:
-    """A shape placed (4, 4) in the frame of a joint, or of the world (-1); its number."""
+    """Add a shape at a placement (4, 4) in a joint's frame (-1: the world); return its number."""
     turn, shift = placement[:3, :3], placement[:3, 3]
     if isinstance(shape, Cylinder):
         half = 0.5 * shape.length * turn[:, 2]
@@ -207,7 +204,7 @@ def _add_targets(native: NativeWorld, item: int, obstacle: Obstacle) -> None:
 
 
 def _rounded_boxes(shape: Shape) -> tuple[Floats, Floats, float]:
-    """Centres (k, 3), half sizes (k, 3) and the rounding radius that contain a shape other than a cylinder."""
+    """Return centres (k, 3), half sizes (k, 3) and the radius of rounded boxes that contain a shape."""
     match shape:
         case Sphere(radius):
             return np.zeros((1, 3)), np.zeros((1, 3)), radius

@@ -1,4 +1,4 @@
-"""A world as Pinocchio's broadphase takes it, in parts that worlds share whose obstacles differ a little."""
+"""Pinocchio's broadphase for a world; worlds with similar obstacles share its groups."""
 
 from __future__ import annotations
 
@@ -21,35 +21,35 @@ from planner.robot.shapes import Obstacle
 
 _WORTH_THREADS = 2048  # states: for fewer, managers for every thread take longer to make than they save
 _MOST_THREADS = 8  # each has a copy of the geometry
-_TOGETHER = 250  # obstacles: Pinocchio adds a shape in a time that grows with the square of those that are there
-_SMALL, _MOST_SMALL = _TOGETHER // 2, 4  # obstacles of a part that is small; of those a world has no more
-_MOST_GONE = 32  # obstacles: a part that lacks more is made anew
+_GROUP_SIZE = 250  # obstacles: Pinocchio adds a shape in a time that grows with the square of those that are there
+_SMALL, _MOST_SMALL = _GROUP_SIZE // 2, 4  # obstacles of a part that is small; of those a world has no more
+_MOST_MISSING = 32  # obstacles: a group with more missing is rebuilt
 _FAR = pin.SE3(np.eye(3), np.array([0.0, 0.0, -1e6]))  # m: where obstacles are that are gone
 
 
 class BroadPhase:
-    """Pinocchio's managers of a world, which worlds share whose obstacles differ in their places only.
+    """Broadphase managers of a world, shared between worlds that differ in obstacle placements only.
 
-    What takes time is every pair, not where it stands: with a thousand obstacles half a second. Among many obstacles
-    worlds that differ in some share the parts of the others.
+    Creating every pair is slow (half a second for a thousand obstacles); moving obstacles is not. Worlds with many
+    obstacles are divided into groups, and a new world reuses the groups that still fit.
     """
 
     def __init__(self, world: World, shapes: Sequence[Any], known: BroadPhase | None) -> None:
-        """``known``: of a world with the same arm."""
-        self._views = [] if known is None else _kept(known._views, world)
+        """Build the groups that ``known``, the broadphase of a world with the same arm, lacks."""
+        self._views = [] if known is None else _reuse_views(known._views, world)
         seen = np.zeros(len(world.obstacles), dtype=bool)
         for view in self._views:
             seen[view.numbers[view.numbers >= 0]] = True
         left = np.flatnonzero(world.checked.any(axis=0) & ~seen)
         own = not any(view.part.own for view in self._views)
         if len(left) or own:
-            groups = np.split(left, range(_TOGETHER, len(left), _TOGETHER))
-            made = (_Part(world, shapes, group, own and k == 0) for k, group in enumerate(groups))
-            self._views += [_View(part, world, group) for part, group in zip(made, groups, strict=True)]
+            groups = np.split(left, range(_GROUP_SIZE, len(left), _GROUP_SIZE))
+            new = (_ObstacleGroup(world, shapes, group, own and k == 0) for k, group in enumerate(groups))
+            self._views += [_View(part, world, group) for part, group in zip(new, groups, strict=True)]
         self._views = [view for view in self._views if len(view.pairs)]
 
     def first_touch(self, world: World, q: Floats) -> tuple[int, int] | None:
-        """The first of the configurations (n, dof) that touches something in ``world``, and the first such pair."""
+        """Return the first of (n, dof) configurations with a contact, and its lowest pair; else None."""
         hits = np.flatnonzero(self.touching(world, q))
         if not len(hits):
             return None
@@ -57,7 +57,7 @@ class BroadPhase:
         return int(hits[0]), int(pairs.min())
 
     def touching(self, world: World, q: Floats, extra: Floats | None = None) -> Bools:
-        """(n,) which configurations touch something, or come as near as the margin and ``extra`` (pairs,) m."""
+        """Return which configurations (n,) bring a pair within the margin plus ``extra`` (pairs,) m."""
         touching = np.zeros(len(q), dtype=bool)
         margins = world.margin + world.rounding + (0.0 if extra is None else extra)
         for view in self._views:
@@ -69,44 +69,42 @@ class BroadPhase:
 
 
 class LazyBroadPhase:
-    """The broadphase of a world, made when it is first asked: many a checker is made for its bounds alone."""
+    """Broadphase that is built on first use: many checkers only compute bounds."""
 
     def __init__(self, world: World, shapes: Sequence[Any], known: LazyBroadPhase | None) -> None:
-        """``known``: of a world with the same arm."""
-        if known is not None and known._made is None:
-            known = known._known  # else a row of worlds that nobody asks would hold each other
+        if known is not None and known._phase is None:
+            known = known._known  # else unused worlds would keep each other alive
         self._alone, self._known = threading.Lock(), known
-        self._made: BroadPhase | None = None
+        self._phase: BroadPhase | None = None
         self._world, self._shapes = world, shapes
 
     @property
     def phase(self) -> BroadPhase:
-        """The broadphase."""
+        """The broadphase, built on first access."""
         with self._alone:
-            if self._made is None:
-                self._made = BroadPhase(self._world, self._shapes, self._known and self._known._made)
+            if self._phase is None:
+                self._phase = BroadPhase(self._world, self._shapes, self._known and self._known._phase)
                 self._known = None
-            return self._made
+            return self._phase
 
 
-class _Part:
-    """Bodies and some obstacles as Pinocchio's broadphase takes them: a pool for batches, and where all stand.
+class _ObstacleGroup:
+    """Bodies and a group of obstacles in Pinocchio's broadphase; one thread uses it at a time.
 
-    ``rows`` (pairs, 2): a body and one of its obstacles, or -1 and a pair of bodies (``own``). Threads ask one after
-    the other.
+    ``rows`` (pairs, 2): a body and an obstacle of the group, or -1 and a self-collision pair (if ``own``).
     """
 
     def __init__(self, world: World, shapes: Sequence[Any], obstacles: Ints, own: bool) -> None:
         self.alone, self.own, self._bodies = threading.Lock(), own, len(world.bodies)
         geometry, self.rows = extract_geometry(world, shapes, obstacles, own)
         self.placed: list[Obstacle | None] = [world.obstacles[k] for k in obstacles]
-        pairs = _numbers(self.rows, world, obstacles)
+        pairs = _pair_numbers(self.rows, world, obstacles)
         self.pool = Pool(
             world.robot.model, geometry, world.margin + world.rounding[pairs], min(threads(), _MOST_THREADS)
         )
 
     def place(self, row: int, obstacle: Obstacle | None) -> None:
-        """Let the obstacle in a ``row`` stand where it stands in another world; far away where it is not there."""
+        """Move the obstacle in ``row`` to its placement in another world; far away if absent there."""
         placement = _FAR if obstacle is None else se3(obstacle.placement)
         for model in self.pool.models:
             model.geometryObjects[self._bodies + row].placement = placement
@@ -114,14 +112,14 @@ class _Part:
 
 
 class _View:
-    """A part as worlds see it: ``numbers`` of its obstacles there, -1 for those that are gone, and of its ``pairs``."""
+    """A group as one world numbers it; obstacles and pairs that the world lacks are -1."""
 
-    def __init__(self, part: _Part, world: World, numbers: Ints) -> None:
-        self.part, self.numbers, self.pairs = part, numbers, _numbers(part.rows, world, numbers)
+    def __init__(self, part: _ObstacleGroup, world: World, numbers: Ints) -> None:
+        self.part, self.numbers, self.pairs = part, numbers, _pair_numbers(part.rows, world, numbers)
         self.of = [(world.obstacles[k], world.checked[:, k]) if k >= 0 else None for k in numbers]
 
     def elsewhere(self, world: World, place: Mapping[str, int]) -> _View:
-        """The view of a world with some of these obstacles, in their order, by name at their ``place`` in it."""
+        """Return the view of ``world``; ``place`` maps obstacle names to numbers in it."""
         numbers, last = np.full(len(self.of), -1), -1
         for row, known in enumerate(self.of):
             if known is None or (k := place.get(known[0].name, -1)) <= last:
@@ -131,14 +129,14 @@ class _View:
         return _View(self.part, world, numbers)
 
     def touching(self, world: World, q: Floats, margins: Floats) -> Bools:
-        """(n,) which configurations (n, dof) bring a pair as near as its margin, of all ``margins`` (pairs,) m."""
+        """Return which configurations (n,) bring a pair within its entry of ``margins`` (pairs,) m."""
         with self.part.alone:
             self._place(world)
             q = Chain.from_arm(world.robot).values(q)
             return self.part.pool.touching(q, np.where(self.pairs >= 0, margins[self.pairs], 0.0))
 
     def touching_pairs(self, world: World, q: Floats) -> Ints:
-        """The numbers of the pairs that touch at a configuration (dof,)."""
+        """Return the numbers of the pairs in contact at a configuration (dof,)."""
         with self.part.alone:
             self._place(world)
             return self.pairs[self.part.pool.touching_rows(Chain.from_arm(world.robot).values(q))]
@@ -150,33 +148,32 @@ class _View:
                 self.part.place(row, obstacle)
 
 
-def _kept(views: Sequence[_View], world: World) -> list[_View]:
-    """What of a broadphase another ``world`` takes over: parts that lack little, and not many that are small."""
-    if len(world.obstacles) <= _TOGETHER:
-        return []  # made anew as quickly
+def _reuse_views(views: Sequence[_View], world: World) -> list[_View]:
+    """Return the views that ``world`` can reuse: few missing obstacles, and few small groups."""
+    if len(world.obstacles) <= _GROUP_SIZE:
+        return []  # building is as fast
     place = {obstacle.name: k for k, obstacle in enumerate(world.obstacles)}
-    found = [view.elsewhere(world, place) for view in views]
-    lacking = [int((view.numbers < 0).sum()) for view in found]
-    kept = [view for view, gone in zip(found, lacking, strict=True) if gone <= _MOST_GONE]
-    small = [view for view in kept if len(view.numbers) < _SMALL and not view.part.own]
-    return kept if len(small) <= _MOST_SMALL else [view for view in kept if view not in small]
+    candidates = [view.elsewhere(world, place) for view in views]
+    lacking = [int((view.numbers < 0).sum()) for view in candidates]
+    reusable = [view for view, gone in zip(candidates, lacking, strict=True) if gone <= _MOST_MISSING]
+    small = [view for view in reusable if len(view.numbers) < _SMALL and not view.part.own]
+    return reusable if len(small) <= _MOST_SMALL else [view for view in reusable if view not in small]
 
 
 class Pool:
-    """A robot's geometry as Pinocchio's broadphase takes it: for batches, long ones on threads, and for one state.
+    """A robot's geometry in Pinocchio's broadphase, for batches on threads and for single states.
 
-    ``models``: every copy of the geometry that the broadphase keeps. What nobody asks for is not made. Stateful inside:
-    one thread asks at a time.
+    ``models`` lists every copy of the geometry. Managers are built on demand; one thread uses a pool at a time.
     """
 
     def __init__(self, robot: pin.Model, geometry: pin.GeometryModel, margins: Floats, threads: int) -> None:
-        """``margins`` (pairs,) m: what comes closer touches."""
+        """Store the default ``margins`` (pairs,) m: a closer pair is in contact."""
         self._robot, self._margins, self._threads = robot, margins, threads
         self._managers: dict[int, _Managers] = {}  # by their number of threads
         self.models = [geometry]
 
     def touching(self, q: Floats, margins: Floats) -> Bools:
-        """(n,) which configurations (n, nq) bring a pair as near as these ``margins`` (pairs,) m."""
+        """Return which configurations (n, nq) bring a pair within ``margins`` (pairs,) m."""
         threads = self._threads if len(q) >= _WORTH_THREADS else 1
         if threads not in self._managers:
             self._managers[threads] = _Managers(self._robot, self.models[0], margins, threads)
@@ -184,57 +181,53 @@ class Pool:
         return self._managers[threads].touching(q, margins)
 
     def touching_rows(self, q: Floats) -> Ints:
-        """The rows of the pairs that touch at a configuration (nq,), by the margins that it was made with."""
-        kinematics, data = self._of_one
+        """Return the rows of the pairs in contact at a configuration (nq,), with the default margins."""
+        kinematics, data = self._single_state
         pin.computeCollisions(self._robot, kinematics, self.models[0], data, q, False)
         return np.array([k for k, result in enumerate(data.collisionResults) if result.isCollision()], dtype=np.int64)
 
     @cached_property
-    def _of_one(self) -> tuple[pin.Data, pin.GeometryData]:
+    def _single_state(self) -> tuple[pin.Data, pin.GeometryData]:
         data = pin.GeometryData(self.models[0])
-        _keep(_settled([data]), self._margins)
+        _set_margins(_make_requests([data]), self._margins)
         return self._robot.createData(), data
 
 
 class _Managers:
-    """Pinocchio's broadphase managers, one for each of some threads, and the geometry ``models`` of theirs."""
+    """Broadphase managers, one per thread, with their geometry ``models``."""
 
     def __init__(self, robot: pin.Model, geometry: pin.GeometryModel, margins: Floats, threads: int) -> None:
         self._threads, self._margins = threads, margins
         self._pool = pin.BroadPhaseManagerPool_DynamicAABBTreeCollisionManager(robot, geometry, threads)
         self.models = [manager.getGeometryModel() for manager in self._pool.getBroadPhaseManagers()]
-        self._requests = _settled(self._pool.getGeometryDatas())
-        _keep(self._requests, margins)
+        self._requests = _make_requests(self._pool.getGeometryDatas())
+        _set_margins(self._requests, margins)
 
     def touching(self, q: Floats, margins: Floats) -> Bools:
         """See :meth:`Pool.touching`."""
         if not np.array_equal(margins, self._margins):
-            _keep(self._requests, margins)
+            _set_margins(self._requests, margins)
             self._margins = margins
         hits = pin.computeCollisionsInParallel(self._threads, self._pool, np.asfortranarray(q.T), True, False)
         return np.asarray(hits).ravel().astype(bool)
 
 
-def _settled(geometries: Sequence[pin.GeometryData]) -> list[list[Any]]:
-    """What coal is asked about every pair, once for each geometry; valid as long as that is there.
-
-    With settings without which a verdict could be wrong, or depend on earlier questions.
-    """
+def _make_requests(geometries: Sequence[pin.GeometryData]) -> list[list[Any]]:
+    """Replace and return the collision requests of every pair; valid while the data exist."""
     for data in geometries:
         if len(data.collisionRequests):
-            asked = type(data.collisionRequests)()
-            asked.extend([_question(type(data.collisionRequests[0]))] * len(data.collisionRequests))
-            data.collisionRequests = asked
+            requests = type(data.collisionRequests)()
+            requests.extend([_make_request(type(data.collisionRequests[0]))] * len(data.collisionRequests))
+            data.collisionRequests = requests
     return [list(data.collisionRequests) for data in geometries]
 
 
 @cache
-def _question(kind: type) -> Any:
-    """A question as it has to be put, without a margin.
+def _make_request(kind: type) -> Any:
+    """Return a collision request with safe settings and no margin.
 
-    Without contacts coal leaves the penetration open, and called a capsule 25 mm inside a box free whose axis lay
-    within 1e-6 m of the box's surface. And Pinocchio begins every GJK where the last one ended: within 1e-6 m of a
-    contact the verdict then depends on earlier questions.
+    Without contacts coal leaves the penetration open: it called a capsule 25 mm inside a box free when its axis was
+    within 1e-6 m of the surface. With a cached GJK guess, verdicts within 1e-6 m of contact depend on earlier queries.
     """
     request = kind()
     request.enable_contact = True
@@ -244,15 +237,15 @@ def _question(kind: type) -> Any:
     return request
 
 
-def _keep(requests: Sequence[Sequence[Any]], margins: Floats) -> None:
-    """Let pairs that come closer than their ``margins`` (pairs,) m count as a contact."""
+def _set_margins(requests: Sequence[Sequence[Any]], margins: Floats) -> None:
+    """Set the distance (pairs,) m below which each pair counts as a contact."""
     for of_pairs in requests:
         for request, margin in zip(of_pairs, margins.tolist(), strict=True):
             request.security_margin = margin
 
 
-def _numbers(rows: Ints, world: World, obstacles: Ints) -> Ints:
-    """The numbers (pairs,) in a world of a part's pairs; ``obstacles`` (k,) are the numbers of its own, -1 if gone."""
+def _pair_numbers(rows: Ints, world: World, obstacles: Ints) -> Ints:
+    """Return the numbers (pairs,) in ``world`` of a group's pairs; ``obstacles`` (k,) has -1 if absent."""
     if not len(rows):
         return np.zeros(0, dtype=np.int64)
     of = np.append(obstacles, 0)[rows[:, 1] * (rows[:, 0] >= 0)]
@@ -261,9 +254,9 @@ def _numbers(rows: Ints, world: World, obstacles: Ints) -> Ints:
 
 
 def extract_geometry(world: World, shapes: Sequence[Any], obstacles: Ints, own: bool) -> tuple[pin.GeometryModel, Ints]:
-    """Pinocchio's geometry of the bodies and some obstacles, and the rows (pairs, 2) of a :class:`_Part`.
+    """Return Pinocchio's geometry of bodies and some obstacles, and the rows of an :class:`_ObstacleGroup`.
 
-    ``shapes`` of all items; ``own``: with the pairs of bodies.
+    ``shapes`` are those of all items; ``own`` includes the self-collision pairs.
     """
     model, count = pin.GeometryModel(), len(world.bodies)
     for k in [*range(count), *(count + obstacles).tolist()]:
@@ -281,7 +274,7 @@ def extract_geometry(world: World, shapes: Sequence[Any], obstacles: Ints, own: 
 
 
 def has_same_arm(one: World, other: World) -> bool:
-    """Whether two worlds differ in obstacles at most."""
+    """Return whether two worlds differ at most in their obstacles."""
     return (
         one.margin == other.margin
         and one.robot.model is other.robot.model
@@ -291,6 +284,6 @@ def has_same_arm(one: World, other: World) -> bool:
 
 
 def has_same_shapes(one: World, other: World) -> bool:
-    """Whether all is the same in two worlds of one arm but where obstacles stand."""
+    """Return whether two worlds of one arm differ at most in obstacle placements."""
     shapes = [[item.shape for item in world.obstacles] for world in (one, other)]
     return shapes[0] == shapes[1] and np.array_equal(one.checked, other.checked)

@@ -1,4 +1,4 @@
-"""Collision checks by coal through Pinocchio's broadphase managers: a batch of configurations per call, on threads."""
+"""Collision checks by coal through Pinocchio's broadphase: batches of states, on threads."""
 
 from __future__ import annotations
 
@@ -21,23 +21,23 @@ from planner.robot.moving import KnownMotion
 from planner.robot.poses import se3
 from planner.robot.shapes import Box, Capsule, Cylinder, Mesh, Shape, Sphere
 
-_BEND = 1e-6  # m
+_THICKNESS = 1e-6  # m
 # its GJK stops at 1e-6 m; of 50,000 pairs that benchmarks/attack tried, some a kilometre from the origin, it put none
 # farther apart than 4.3e-6 m beyond the truth, curved shapes most
 _ERROR = 1e-5  # m
-_STRETCHES = (45, 15, 5, 1)  # configurations that are cleared at once, of a motion
+_STRETCHES = (45, 15, 5, 1)  # consecutive configurations that one query clears
 
 
 class CoalChecker(CollisionChecker):
-    """The second checker, and the faster one: C++ checks a whole batch of states.
+    """The second and faster checker: C++ checks a batch of states per call.
 
-    Same bodies, pairs and margin as any backend. Its GJK converges to 1e-6 m: distances need little room for error.
+    Its GJK converges to 1e-6 m, so distances need little allowance.
     """
 
     name = "coal"
 
     def __init__(self, world: World, known: CoalChecker | None = None, bound: ClearanceBound | None = None) -> None:
-        """``bound``: that of another checker in this world."""
+        """Build a checker; ``bound`` may be that of another checker of this world."""
         self.world = world
         self.chain = Chain.from_arm(world.robot)
         self.bound = bound or ClearanceBound(world, known.bound if known else None)
@@ -53,32 +53,30 @@ class CoalChecker(CollisionChecker):
 
     @cached_property
     def _placements(self) -> list[coal.Transform3s]:
-        """Of all items, in the frames of their joints."""
         return [coal.Transform3s(item.placement[:3, :3], item.placement[:3, 3]) for item in self.world.items]
 
-    def _measured(self, k: int) -> coal.CollisionGeometry:
-        """Item ``k``, as distances are asked of it: a tree of boxes alone has none. Few are ever asked for."""
+    def _distance_geometry(self, k: int) -> coal.CollisionGeometry:
+        """Return item ``k`` for distance queries, which box trees do not support; built on demand."""
         if k not in self._trees:
             self._trees[k] = _geometry(self.world.items[k].shape, coal.BVHModelOBBRSS)
         return self._trees[k]
 
     @property
     def geometry_model(self) -> pin.GeometryModel:
-        """Pinocchio's geometry of the world: bodies and obstacles, and every checked pair as a collision pair."""
+        """Pinocchio's geometry of the world, with every checked pair as a collision pair."""
         return extract_geometry(self.world, self._geometries, np.arange(len(self.world.obstacles)), own=True)[0]
 
     def first_touch(self, q: Floats) -> tuple[int, Contact] | None:
-        """See :class:`planner.collision.checker.CollisionChecker`."""
         q = np.atleast_2d(np.asarray(q, dtype=float))
         self.queries += len(q)
-        found = self._broad.phase.first_touch(self.world, q)
-        return None if found is None else (found[0], self.world.contact(found[1]))
+        result = self._broad.phase.first_touch(self.world, q)
+        return None if result is None else (result[0], self.world.contact(result[1]))
 
     def first_contact_along(self, q: Floats | CurveStates, motion: Floats) -> tuple[int, Contact] | None:
         """See :class:`planner.collision.checker.CollisionChecker`.
 
-        Where every pair is farther apart in the middle of a stretch than it moves from there to the ends, by coal's own
-        word, nothing of the stretch touches, and what lies inside something in the middle does so on all of it.
+        If every pair is farther apart in the middle of a stretch than it moves from there to the ends, the stretch has
+        no contact, and enclosure in the middle holds on all of it.
         """
         q = q if isinstance(q, CurveStates) else as_configurations(self, "q", q)
         starts, first = np.arange(0, len(q), _STRETCHES[0]), len(q)
@@ -94,20 +92,19 @@ class CoalChecker(CollisionChecker):
                 first = min(first, int(starts[near].min(initial=first)))
             starts = (starts[near][:, None] + np.arange(0, width, finer)).ravel()
             starts = starts[starts < first]
-        found = self.first_contact(q[first : first + 1]) if first < len(q) else None
-        return None if found is None else (first, found[1])
+        result = self.first_contact(q[first : first + 1]) if first < len(q) else None
+        return None if result is None else (first, result[1])
 
     def near(self, q: Floats, apart: Floats) -> Bools:
-        """(n,) which configurations (n, dof) bring a pair as near as the margin and ``apart`` (pairs,) m.
+        """Return which configurations (n,) bring a pair within the margin plus ``apart`` (pairs,) m.
 
-        Where they do not, every pair is farther apart for certain.
+        All pairs of the others are certainly farther apart.
         """
         return self._broad.phase.touching(self.world, q, _with_error(apart))
 
     def distances_in(
         self, rotation: Floats, position: Floats, rows: Ints, pairs: Ints, enough: Floats | float = np.inf
     ) -> Floats:
-        """See :class:`planner.collision.checker.CollisionChecker`."""
         self.queries += len(pairs)
         placed = {row: _Placed(self, rotation[:, row], position[:, row]) for row in set(rows.tolist())}
         each = zip(rows.tolist(), pairs.tolist(), strict=True)
@@ -118,23 +115,23 @@ class CoalChecker(CollisionChecker):
 
 
 def _with_error(extra: Floats) -> Floats:
-    """What has to be kept so that distances are larger than ``extra`` for certain; 0 stays, to ask what touches."""
+    """Return margins that guarantee distances above ``extra``; 0 stays 0, to detect contact."""
     return np.where(extra > 0, extra + _ERROR, 0.0)
 
 
 class _Placed:
-    """The shapes of a checker at one placement of the joints."""
+    """The shapes of a checker in one configuration."""
 
     def __init__(self, checker: CoalChecker, rotation: Floats, position: Floats) -> None:
         self._checker, self._rotation, self._position = checker, rotation, position
         self._transforms: dict[int, coal.Transform3s] = {}
 
     def distance(self, pair: int) -> float:
-        """The distance (m) of a numbered pair."""
+        """Return the distance (m) of a numbered pair."""
         a, b = self._checker.world.items_of(pair)
-        one, other = self._checker._measured(a), self._checker._measured(b)
-        found = coal.DistanceResult()
-        return coal.distance(one, self._at(a), other, self._at(b), self._checker._request, found)
+        one, other = self._checker._distance_geometry(a), self._checker._distance_geometry(b)
+        result = coal.DistanceResult()
+        return coal.distance(one, self._at(a), other, self._at(b), self._checker._request, result)
 
     def _at(self, k: int) -> coal.Transform3s:
         bodies = self._checker.world.bodies
@@ -147,20 +144,20 @@ class _Placed:
         return self._transforms[k]
 
 
-def _bent(vertices: Floats, triangles: Ints) -> Floats:
-    """The vertices (n, 3) of a mesh; of a flat one a corner is moved by a micrometre out of the plane.
+def _thicken_flat_mesh(vertices: Floats, triangles: Ints) -> Floats:
+    """Return the vertices (n, 3); in a flat mesh one corner moves a micrometre out of the plane.
 
-    Coal's broadphase overlooks whatever has a bounding box without thickness: a plate of triangles lying level.
+    Coal's broadphase misses shapes whose bounding box has no thickness.
     """
-    extents, directions = _principal(vertices)
+    extents, directions = _principal_extents(vertices)
     bent = np.array(vertices)
-    if extents[-1] < _BEND:
-        bent[triangles[0, 0]] += _BEND * directions[-1]
+    if extents[-1] < _THICKNESS:
+        bent[triangles[0, 0]] += _THICKNESS * directions[-1]
     return bent
 
 
-def _principal(points: Floats) -> tuple[Floats, Floats]:
-    """Extents (3,) of points (n, 3) along their principal directions (3, 3), rows; the last is the thinnest."""
+def _principal_extents(points: Floats) -> tuple[Floats, Floats]:
+    """Return the extents (3,) of points along their principal directions (3, 3), in rows, thinnest last."""
     centred = points - points.mean(axis=0)
     directions = np.linalg.svd(centred.T @ centred)[2]
     return np.ptp(centred @ directions.T, axis=0), directions
@@ -168,9 +165,10 @@ def _principal(points: Floats) -> tuple[Floats, Floats]:
 
 @lru_cache(maxsize=1024)  # nothing changes them, and trees of triangles take time
 def _geometry(shape: Shape, tree: type[coal.BVHModelBase] = coal.BVHModelOBB) -> coal.CollisionGeometry:
-    """A shape as coal knows it, a mesh as a ``tree``: of boxes (OBB) to ask what touches, with spheres swept by
-    rectangles (OBBRSS) to measure distances. Fitting the latter to each shape that a mesh is compared with takes as
-    long again as comparing them.
+    """Return a shape as coal's; ``tree`` is the type of mesh tree.
+
+    Boxes (OBB) are fastest for contact; rectangle-swept spheres (OBBRSS) are required for distances, and fitting them
+    takes as long as comparing them.
     """
     match shape:
         case Box(size):
@@ -186,17 +184,17 @@ def _geometry(shape: Shape, tree: type[coal.BVHModelBase] = coal.BVHModelOBB) ->
             vertices, triangles = np.array(solid.vertices), np.array(solid.triangles)
             mesh = tree()
             mesh.beginModel(len(triangles), len(vertices))
-            mesh.addVertices(_bent(vertices, triangles))
+            mesh.addVertices(_thicken_flat_mesh(vertices, triangles))
             mesh.addTriangles(triangles)
             mesh.endModel()
             return mesh
 
 
 class CoalInTime:
-    """Coal's opinion on configurations at times, among obstacles that move along known motions.
+    """Coal's contacts in configurations at given times, among obstacles with known motions.
 
-    The moving obstacles hang on joints of their own in a copy of the robot's model, so that a batch of moments is
-    asked at once. Stateful inside, so threads ask one after the other.
+    The obstacles hang on free joints in a copy of the robot's model, so one call checks a batch of times. Threads take
+    turns.
     """
 
     def __init__(self, world: World, motions: Mapping[str, KnownMotion]) -> None:
@@ -210,40 +208,40 @@ class CoalInTime:
             placement = pin.SE3.Identity() if k >= len(world.bodies) and item.name in joints else se3(item.placement)
             geometry.addGeometryObject(pin.GeometryObject(f"{k}", joint, placement, _geometry(item.shape)))
         self._numbers = np.argwhere(world.checked)
-        asked = np.zeros((geometry.ngeoms, geometry.ngeoms), dtype=bool)
-        asked[: len(world.bodies), len(world.bodies) :] = world.checked
-        geometry.setCollisionPairs(asked)  # in the order of their numbers
+        mask = np.zeros((geometry.ngeoms, geometry.ngeoms), dtype=bool)
+        mask[: len(world.bodies), len(world.bodies) :] = world.checked
+        geometry.setCollisionPairs(mask)  # in the order of their numbers
         numbers = self._numbers @ [len(world.obstacles), 1] if len(self._numbers) else np.zeros(0, dtype=np.int64)
-        self._own_margins = world.margin + world.rounding[numbers]
-        self._pool = Pool(model, geometry, self._own_margins, 1)
+        self._margins = world.margin + world.rounding[numbers]
+        self._pool = Pool(model, geometry, self._margins, 1)
 
     def first_touch(self, q: Floats, t: Floats) -> tuple[int, Contact] | None:
-        """The first of the configurations (n, dof) at times (n,) s that touches a moving obstacle, and which."""
+        """Return the first of (n, dof) configurations at times (n,) s in contact, and the contact."""
         hits = np.flatnonzero(self.touching(q, t))
         if not len(hits):
             return None
         row = hits[:1]
         with self._alone:
-            first = self._pool.touching_rows(self._whole(q[row], t[row])[0])[0]
+            first = self._pool.touching_rows(self._full_configurations(q[row], t[row])[0])[0]
         body, obstacle = self._numbers[first]
         return int(row[0]), Contact(self.world.bodies[body].link, self.world.obstacles[obstacle].name)
 
     def touching(self, q: Floats, t: Floats, extra: float = 0.0) -> Bools:
-        """(n,) which configurations at times (n,) s touch a moving obstacle.
+        """Return which configurations at times (n,) s come within the margin plus ``extra`` (m).
 
-        Or come as near as the margin and ``extra`` m: where they do not, they are farther away for certain.
+        The others are certainly farther apart if ``extra`` is above 0.
         """
         if not len(self._numbers):
             return np.zeros(len(q), dtype=bool)
-        margins, whole = self._own_margins + _with_error(np.array(extra)), self._whole(q, t)
+        margins, whole = self._margins + _with_error(np.array(extra)), self._full_configurations(q, t)
         with self._alone:
             return self._pool.touching(whole, margins)
 
-    def _whole(self, q: Floats, t: Floats) -> Floats:
+    def _full_configurations(self, q: Floats, t: Floats) -> Floats:
         own = Chain.from_arm(self.world.robot).values(q)
         return np.hstack([own, *(_free_flyer(motion.at(t)) for motion in self._motions.values())])
 
 
 def _free_flyer(poses: Floats) -> Floats:
-    """Poses (n, 4, 4) as configurations (n, 7) of Pinocchio's free joint: position, then quaternion x, y, z, w."""
+    """Return poses (n, 4, 4) as configurations (n, 7) of Pinocchio's free joint."""
     return np.array([pin.SE3ToXYZQUAT(se3(placement)) for placement in poses])

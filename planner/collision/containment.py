@@ -1,8 +1,7 @@
-"""What lies wholly inside a mesh: collision libraries know meshes as surfaces, and find only what crosses them.
+"""Enclosure: bodies wholly inside closed meshes, which collision libraries treat as surfaces.
 
-Where no surfaces touch, a body cannot get into a closed mesh or out of it without crossing its surface. So one look at
-one point of every piece of a body settles a configuration that touches nothing, and one look at the beginning settles
-a motion along which no surfaces touch.
+Without contact of surfaces no body can enter or leave a closed mesh. So testing one point of every connected component
+settles a contact-free configuration, and testing the first configuration settles a contact-free motion.
 """
 
 from __future__ import annotations
@@ -22,34 +21,33 @@ from planner.robot.solids import Solid, could_contain, points_of_components, sha
 
 
 class Containment:
-    """Which checked pairs lie one inside the other, in configurations of one world. Stateless once made.
+    """Enclosed pairs in configurations of one world. Immutable after construction.
 
-        inside = Inside(world, chain)
-        inside.pairs(q)                # (n,) the number of such a pair, -1 where there is none
+        inside = Containment(world, chain)
+        inside.pairs(q)                # (n,) number of an enclosed pair, -1 for none
 
-    Only pairs of which one is a mesh with closed pieces, and the other small enough to lie in it, are asked about.
-    Where there are none it costs nothing; a few microseconds for a configuration.
+    Only pairs are tested of which one is a mesh with closed components and the other is small enough to fit inside.
     """
 
     def __init__(self, world: World, chain: Chain) -> None:
-        asked = _Questions.of(world)
-        self._pair, self._solids, self._own = asked.pair, asked.solids, len(world.self_pairs)
+        queries = _Queries.from_world(world)
+        self._pair, self._solids, self._own = queries.pair, queries.solids, len(world.self_pairs)
         joints = np.array([item.joint if isinstance(item, Body) else 0 for item in world.items], dtype=np.int64)
         placements = np.array([item.placement for item in world.items]).reshape(-1, 4, 4)
-        inner, outer = placements[asked.inner], placements[asked.outer]
+        inner, outer = placements[queries.inner], placements[queries.outer]
         self.boxes = NativeBoxes(
             chain.native,
-            joints[asked.inner],
-            _apply(inner[:, :3, :3], asked.points) + inner[:, :3, 3],
-            joints[asked.outer],
+            joints[queries.inner],
+            _rotate(inner[:, :3, :3], queries.points) + inner[:, :3, 3],
+            joints[queries.outer],
             outer[:, :3, :3],
             outer[:, :3, 3],
-            asked.low,
-            asked.high,
+            queries.low,
+            queries.high,
         )
 
     def among(self, kept: Bools) -> Containment:
-        """The same in a world that has only those pairs (pairs,) that are ``kept``; its own pairs are numbered anew."""
+        """Return the query restricted to pairs in the mask ``kept`` (pairs,); self pairs are renumbered."""
         scene = int(kept.size - self._own)
         numbers = np.concatenate([np.arange(scene), scene + cumulative_sums(kept[scene:])[:-1]])
         made = copy.copy(self)
@@ -57,7 +55,7 @@ class Containment:
         return made
 
     def pairs(self, q: Floats) -> Ints:
-        """The number of a pair (n,) of which one lies inside the other, for configurations (n, dof); -1 for none."""
+        """Return the number (n,) of an enclosed pair for configurations (n, dof); -1 for none."""
         result = np.full(len(q), -1, dtype=np.int64)
         if not (self._solids and len(q)):
             return result
@@ -69,28 +67,26 @@ class Containment:
         return result
 
     def all_pairs(self, q: Floats) -> Ints:
-        """The numbers (m,) of all such pairs that there are in any of the configurations (n, dof)."""
+        """Return the numbers (m,) of all pairs that are enclosed in any configuration (n, dof)."""
         if not self._solids:
             return np.zeros(0, dtype=np.int64)
         hits, local = self.boxes.hits(q)
         met = np.unique(hits[:, 1])
         held = [self._solids[k].contains(local[hits[:, 1] == k]).any() for k in met]
-        found = np.unique(self._pair[met[np.array(held, dtype=bool)]])
-        return found[found >= 0]
+        matches = np.unique(self._pair[met[np.array(held, dtype=bool)]])
+        return matches[matches >= 0]
 
 
-def _apply(turn: Floats, vectors: Floats) -> Floats:
-    """Rotations (k, 3, 3) of vectors (k, 3)."""
+def _rotate(turn: Floats, vectors: Floats) -> Floats:
+    """Rotate vectors (k, 3) by matrices (k, 3, 3)."""
     return (turn @ vectors[..., None])[..., 0]
 
 
 @dataclass(frozen=True, eq=False)
-class _Questions:
-    """Whether ``points`` (k, 3) of the items ``inner`` (k,), in their frames, lie in the ``solids`` of ``outer`` (k,).
+class _Queries:
+    """Tests whether ``points`` (k, 3) of items ``inner`` (k,) lie in ``solids`` of items ``outer`` (k,).
 
-    These reach from ``low`` to ``high`` (k, 3).
-
-    In the order of the pairs (k,) that are checked; their shapes are compared kind by kind, as pairs are many.
+    ``low`` and ``high`` (k, 3) bound the solids. Ordered by ``pair`` (k,).
     """
 
     pair: Ints
@@ -102,14 +98,14 @@ class _Questions:
     high: Floats
 
     @staticmethod
-    def of(world: World) -> _Questions:
+    def from_world(world: World) -> _Queries:
         shapes = tuple(item.shape for item in world.items)
-        return _questions(shapes, len(world.bodies), world.checked.tobytes(), world.self_pairs.tobytes())
+        return _make_queries(shapes, len(world.bodies), world.checked.tobytes(), world.self_pairs.tobytes())
 
 
 @lru_cache(maxsize=16)
-def _questions(items: tuple[Shape, ...], bodies: int, checked: bytes, own: bytes) -> _Questions:
-    """Of items by their shapes, bodies first: where they stand does not matter, so a move asks nothing anew."""
+def _make_queries(items: tuple[Shape, ...], bodies: int, checked: bytes, own: bytes) -> _Queries:
+    """Return the queries for item shapes, bodies first; placements do not matter, so moves reuse them."""
     numbers: dict[Shape, int] = {}
     kind = np.array([numbers.setdefault(shape, len(numbers)) for shape in items], dtype=np.int64)
     shapes = list(numbers)
@@ -122,10 +118,10 @@ def _questions(items: tuple[Shape, ...], bodies: int, checked: bytes, own: bytes
         holds[k] = could_contain(solid, measures)
     rows, outer, inner = [np.zeros(0, dtype=np.int64)], [], []
     for one, other in ((first, second), (second, first)):
-        found = np.flatnonzero(holds[kind[one], kind[other]])
-        rows.append(found)
-        outer.append(one[found])
-        inner.append(other[found])
+        matches = np.flatnonzero(holds[kind[one], kind[other]])
+        rows.append(matches)
+        outer.append(one[matches])
+        inner.append(other[matches])
     row = np.concatenate(rows)
     outside, held = (np.concatenate([rows[0], *part]) for part in (outer, inner))
     order = np.lexsort((outside != first[row], row))
@@ -133,24 +129,24 @@ def _questions(items: tuple[Shape, ...], bodies: int, checked: bytes, own: bytes
     count = np.array([len(each) for each in points], dtype=np.int64)
     order = np.repeat(order, count[kind[held[order]]])
     there = [solids[k] for k in kind[outside[order]]]
-    return _Questions(
+    return _Queries(
         pair[row[order]],
         outside[order],
         held[order],
-        np.concatenate([np.zeros((0, 3)), *(points[k] for k in kind[held[_once(order)]])]),
+        np.concatenate([np.zeros((0, 3)), *(points[k] for k in kind[held[_without_repeats(order)]])]),
         there,
         np.array([solid.low for solid in there]).reshape(-1, 3),
         np.array([solid.high for solid in there]).reshape(-1, 3),
     )
 
 
-def _once(order: Ints) -> Ints:
-    """What is repeated in ``order`` (k,), once each."""
+def _without_repeats(order: Ints) -> Ints:
+    """Return ``order`` (k,) without consecutive repetitions."""
     return order[np.flatnonzero(np.diff(order, prepend=-1))]
 
 
 def _checked_pairs(count: int, bodies: int, checked: bytes, own: bytes) -> tuple[Ints, Ints, Ints]:
-    """The numbers of the pairs (k,) that are checked, and of their items (k,) each, of ``count``."""
+    """Return the numbers (k,) of the checked pairs, and of their first and second items (k,)."""
     shape = bodies, count - bodies
     scene, self_pairs = np.frombuffer(checked, dtype=np.bool_), np.frombuffer(own, dtype=np.int64).reshape(-1, 2)
     there = np.flatnonzero(scene)

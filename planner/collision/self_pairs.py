@@ -1,4 +1,4 @@
-"""Which pairs of links need no self-collision check, worked out where nobody has said so."""
+"""Link pairs that need no self-collision check, if neither SRDF nor robot file lists them."""
 
 import numpy as np
 
@@ -9,15 +9,15 @@ from planner.kinematics.forward import joint_placements
 from planner.robot.robot import Robot
 from planner.robot.scene import Scene
 
-SAMPLES, FIRST = 500, 10  # a pair that touches seldom in the first few is not asked about again
-ALWAYS = 0.95  # share of random configurations in which a pair that is no true collision touches
+SAMPLES, FIRST = 500, 10  # a pair that rarely touches in the first few is not checked further
+ALWAYS = 0.95  # share of random configurations in contact above which a pair is ignored
 
 
 def adjacent_pairs(robot: Robot) -> frozenset[frozenset[str]]:
-    """Pairs of links that one planned joint joins: they touch there by construction.
+    """Return pairs of links that one planned joint connects: they touch by construction.
 
-    Only joints and links without bodies stand between them. A link that is fixed to one of the two, as a pedestal is to
-    the base, is no neighbour of the other: it can be hit.
+    Only joints and links without bodies may lie between them. A link fixed to one of them, such as a pedestal to the
+    base, is not adjacent to the other.
     """
     above = {child: parent for parent, child in robot.source.joints.values()}
     carrier, parents, pairs = {body.link: body.joint for body in robot.bodies}, robot.model.parents, set()
@@ -31,10 +31,10 @@ def adjacent_pairs(robot: Robot) -> frozenset[frozenset[str]]:
 
 
 def generate_disabled_pairs(robot: Robot, backend: type[CollisionChecker]) -> frozenset[frozenset[str]]:
-    """Adjacent links, and links that touch in nearly all of a fixed sample of random configurations.
+    """Return adjacent links, and links in contact in nearly all of a fixed sample of configurations.
 
-    Unlike MoveIt's setup assistant, pairs that never touched in the sample are kept: a sample is no proof,
-    and a pair that is far apart costs next to nothing.
+    Unlike MoveIt's setup assistant, it keeps pairs that never touched in the sample: a sample proves nothing, and
+    distant pairs cost almost nothing.
     """
     return compute_disabled_pairs(robot, backend)[0]
 
@@ -42,22 +42,22 @@ def generate_disabled_pairs(robot: Robot, backend: type[CollisionChecker]) -> fr
 def compute_disabled_pairs(
     robot: Robot, backend: type[CollisionChecker]
 ) -> tuple[frozenset[frozenset[str]], CollisionChecker | None]:
-    """The same, from the cache where this robot was asked about before; else with the checker that was made for it."""
-    disabled, made = adjacent_pairs(robot), list[CollisionChecker]()
+    """Return :func:`generate_disabled_pairs`, cached, and the checker if one was built."""
+    disabled, new = adjacent_pairs(robot), list[CollisionChecker]()
 
-    def always() -> dict[str, np.ndarray]:
-        made.append(backend(World.of(robot, Scene("none"), disabled)))
-        return {"pairs": np.array(_always(made[0]), dtype=np.str_).reshape(-1, 2)}
+    def compute() -> dict[str, np.ndarray]:
+        new.append(backend(World.from_scene(robot, Scene("none"), disabled)))
+        return {"pairs": np.array(_frequent_contacts(new[0]), dtype=np.str_).reshape(-1, 2)}
 
     neighbours = sorted(sorted(pair) for pair in disabled)
     found = load_or_compute("pairs", [robot.identity, neighbours, SAMPLES, FIRST, ALWAYS], always)["pairs"]
     return disabled | frozenset(frozenset(pair) for pair in found.tolist()), made[0] if made else None
 
 
-def _always(checker: CollisionChecker) -> list[tuple[str, str]]:
-    """The pairs of links of which two bodies touch in nearly all configurations of the sample.
+def _frequent_contacts(checker: CollisionChecker) -> list[tuple[str, str]]:
+    """Return the link pairs in contact in nearly all sampled configurations.
 
-    Those touch that no plane proves apart: so every backend leaves out the same, and makes no shapes to find them.
+    Contact is decided by planes, so every backend ignores the same pairs.
     """
     robot, world = checker.robot, checker.world
     if not len(world.self_pairs):
@@ -67,9 +67,9 @@ def _always(checker: CollisionChecker) -> list[tuple[str, str]]:
     touching = np.zeros(len(pairs))
     for part in (q[:FIRST], q[FIRST:]):
         placed = joint_placements(checker.chain, part)
-        rows, asked = np.divmod(np.arange(len(part) * len(pairs)), max(1, len(pairs)))
-        met = checker.bound.close(*placed, rows, pairs[asked], APART) <= 0
-        touching[pairs] += np.bincount(asked[met], minlength=len(pairs))
+        rows, columns = np.divmod(np.arange(len(part) * len(pairs)), max(1, len(pairs)))
+        contact = checker.bound.close(*placed, rows, pairs[columns], APART) <= 0
+        touching[pairs] += np.bincount(columns[contact], minlength=len(pairs))
         pairs = pairs[touching[pairs] >= 0.8 * FIRST]
     names = [world.contact(int(pair)) for pair in np.nonzero(touching >= ALWAYS * SAMPLES)[0]]
     return [(name.first, name.second) for name in names]

@@ -1,8 +1,7 @@
-"""Proofs in time: motions among obstacles that move along known motions, or anywhere within their speed limits.
+"""Proofs in time, among obstacles with known motions or with speed limits.
 
-In time a pair's distance changes at most by what the joints and the obstacle move: the rate of a proof grows by the
-obstacle's speed. Of one whose motion is unknown all is free that it cannot have reached by then. The same loop as
-without time, ``native/source/prover.hpp``, and the same geometry.
+The rate of a pair's distance grows by the obstacle's speed. An obstacle with a speed limit may be anywhere it can reach
+by that time. The loop is the same as without time: ``native/source/prover.hpp``.
 """
 
 from collections.abc import Mapping, Sequence
@@ -25,14 +24,14 @@ from planner.robot.shapes import Obstacle
 
 
 class TimedProver:
-    """Proves motions of one robot in time against some obstacles, and against nothing else.
+    """Proofs of motions in time against some obstacles only.
 
         prover = TimedProver(checker, scene.moving)
-        prover.free(coefficients, spans)       # (m,) which pieces are proven, each begun when its span says
+        prover.free(coefficients, spans)       # (m,) which curves are proven, begun at the times of their spans
 
-    ``moving`` have known motions, ``limited`` are where they are at time 0 and have speed limits. The checker's margin
-    is kept. Proofs are of surfaces: what lies inside a closed mesh at time 0 is asked of :meth:`starts`, and stays so
-    along whatever is proven from there on.
+    ``moving`` obstacles have known motions; ``limited`` ones are at their placements at time 0 and have speed limits.
+    The checker's margin applies. Proofs cover surfaces: :meth:`starts` checks enclosure at time 0, which holds along
+    proven motions.
     """
 
     def __init__(
@@ -54,27 +53,27 @@ class TimedProver:
 
     @property
     def end(self) -> float:
-        """When (s) the last of the known motions has ended."""
+        """Time (s) at which the last known motion ends."""
         return max((motion.end for motion in self.motions.values()), default=0.0)
 
-    def free(self, coefficients: Floats, spans: Floats, room: float = PROOF) -> Bools:
-        """(m,) which polynomial pieces (m, degree + 1, dof) are proven free.
+    def free(self, coefficients: Floats, spans: Floats, resolution: float = PROOF) -> Bools:
+        """Return which curves (m, degree + 1, dof) are proven free, (m,).
 
-        ``spans`` (m, 3) s: when a piece begins, how long it takes, and by how much it may begin sooner or later.
+        ``spans`` (m, 3) s: begin, duration, and the tolerance of the begin.
         """
-        return self.prove(coefficients, spans, room)[0] == Verdict.FREE
+        return self.prove(coefficients, spans, resolution)[0] == Verdict.FREE
 
-    def prove(self, coefficients: Floats, spans: Floats, room: float = PROOF) -> tuple[Ints, Ints]:
-        """Verdicts (m,), free or undecided, and the pairs (m,) that stopped them; as :meth:`free`."""
-        verdict, pair, *_ = self._bound.native.prove(self._bounds, coefficients, room, spans)
+    def prove(self, coefficients: Floats, spans: Floats, resolution: float = PROOF) -> tuple[Ints, Ints]:
+        """Return verdicts (m,), free or undecided, and the pairs (m,) that stopped them."""
+        verdict, pair, *_ = self._bound.native.prove(self._bounds, coefficients, resolution, spans)
         return verdict, pair
 
     def starts(self, q: Floats) -> bool:
-        """Whether the configuration (dof,) is outside of every closed mesh at time 0, and holds none inside."""
+        """Return whether the configuration (dof,) encloses nothing and is enclosed by nothing at time 0."""
         return bool((self._inside.pairs(q[None]) < 0).all())
 
     def gaps(self, q: Floats) -> Floats:
-        """(pairs,) lower bounds (m) on distances beyond the margin, of a configuration (dof,) at time 0."""
+        """Return lower bounds (pairs,) m on distances beyond the margin, in a configuration (dof,) at time 0."""
         rotation, position = joint_placements(self._chain, q[None])
         pairs = np.flatnonzero(~self._left_out)
         gaps = np.full(len(self._left_out), np.inf)
@@ -83,7 +82,7 @@ class TimedProver:
 
 
 def moving_world(world: World, obstacles: Sequence[Obstacle]) -> World:
-    """The world of the same robot and permissions among other ``obstacles``, without pairs of its own links."""
+    """Return the world of the same robot among other ``obstacles``, without self-collision pairs."""
     scene = Scene(world.scene.name, tuple(obstacles), allowed=world.scene.allowed)
-    whole = World.of(world.robot, scene, frozenset(), world.margin)
+    whole = World.from_scene(world.robot, scene, frozenset(), world.margin)
     return replace(whole, self_pairs=whole.self_pairs[:0])

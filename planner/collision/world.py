@@ -1,4 +1,4 @@
-"""What can touch what: the robot's bodies, the obstacles, and the pairs that are checked."""
+"""The robot's bodies, the obstacles, and the pairs to check."""
 
 from __future__ import annotations
 
@@ -18,9 +18,9 @@ from planner.robot.shapes import Body, Mesh, Obstacle
 
 @dataclass(frozen=True)
 class Contact:
-    """Two things that touch, or come closer than the margin; the first is always a link of the robot.
+    """A pair in contact or within the margin; the first is always a link of the robot.
 
-    ``enclosed``: their surfaces do not touch, but one lies wholly inside the other, which is a closed mesh.
+    ``enclosed``: one lies wholly inside the other, a closed mesh, without contact of surfaces.
     """
 
     first: str
@@ -31,7 +31,7 @@ class Contact:
         return f"'{self.first}' and '{self.second}'"
 
     def how(self, margin: float) -> str:
-        """What the two do, as the words after their names; ``margin`` (m) is the distance that was to be kept."""
+        """Return the predicate of a message after both names; ``margin`` is in metres."""
         if self.enclosed:
             return "lie one wholly inside the other, a closed mesh"
         return f"are closer than the margin of {margin:g} m" if margin else "touch"
@@ -39,13 +39,12 @@ class Contact:
 
 @dataclass(frozen=True, eq=False)
 class World:
-    """A robot among obstacles, every pair in one numbering.
+    """A robot among obstacles, with one numbering of all pairs.
 
-    Pairs 0 .. B O - 1 are body b against obstacle o (number b O + o); then the self-collision pairs. ``checked`` says
-    which scene pairs count. A configuration is free when every checked pair is farther apart than ``margin`` (m).
-    ``conditions`` are what every motion keeps besides, see
-    :class:`planner.constraints.path_constraints.PathConstraints`; ``disabled`` are the pairs of links that need no
-    check.
+    Pairs 0 .. B O - 1 are body b and obstacle o (number b O + o); self-collision pairs follow. ``checked`` selects
+    scene pairs. A configuration is free if every checked pair is farther apart than ``margin`` (m). ``conditions`` are
+    the path constraints, see :class:`planner.constraints.path_constraints.PathConstraints`; ``disabled`` are link pairs
+    without a check.
     """
 
     robot: Robot
@@ -57,7 +56,7 @@ class World:
     disabled: frozenset[frozenset[str]] = frozenset()
 
     @staticmethod
-    def of(
+    def from_scene(
         robot: Robot,
         scene: Scene,
         disabled: frozenset[frozenset[str]],
@@ -77,11 +76,11 @@ class World:
         return World(robot, scene, own, frozen(checked, np.bool_), margin, conditions, disabled)
 
     def among(self, scene: Scene, robot: Robot) -> World:
-        """The same world but for its ``scene``, and what its ``robot`` carries."""
-        return World.of(robot, scene, self.disabled, self.margin, self.conditions)
+        """Return the world with another ``scene`` and a ``robot`` with another payload."""
+        return World.from_scene(robot, scene, self.disabled, self.margin, self.conditions)
 
     def only(self, pairs: Bools) -> World:
-        """The world with some ``pairs`` (pairs,) alone; obstacles that none of them names are left out."""
+        """Return the world restricted to ``pairs`` (pairs,), without obstacles that none of them needs."""
         scene = self.checked & pairs[: self.checked.size].reshape(self.checked.shape)
         touched = np.flatnonzero(scene.any(axis=0))
         return replace(
@@ -92,24 +91,24 @@ class World:
         )
 
     def with_placements(self, scene: Scene) -> World:
-        """The same world where obstacles of the same names and shapes stand as they do in ``scene``."""
-        made = replace(self, scene=scene)
-        vars(made).update(pair_reach=self.pair_reach, moving=self.moving)  # of the robot, wherever they stand
-        return made
+        """Return the world with the obstacle placements of ``scene``, which has the same shapes."""
+        world = replace(self, scene=scene)
+        vars(world).update(pair_reach=self.pair_reach, moving=self.moving)  # of the robot, wherever they stand
+        return world
 
     def with_extra_margin(self, clearance: float) -> World:
-        """The world with so much more margin (m), without the pairs that no joint can move: the base and its table."""
+        """Return the world with ``clearance`` (m) more margin, without pairs that no joint moves."""
         moving = self.moving
         scene, own = moving[: self.checked.size], moving[self.checked.size :]
-        made = replace(
+        world = replace(
             self,
             checked=frozen(self.checked & scene.reshape(self.checked.shape), np.bool_),
             self_pairs=frozen(self.self_pairs[own], np.int64),
             margin=self.margin + clearance,
         )
         left = np.append(np.ones(scene.size, dtype=bool), own)
-        vars(made).update(reach=self.reach, pair_reach=self.pair_reach[left])  # of the robot, whatever the margin
-        return made
+        vars(world).update(reach=self.reach, pair_reach=self.pair_reach[left])  # of the robot, whatever the margin
+        return world
 
     @cached_property
     def constraints(self) -> PathConstraints:
@@ -118,7 +117,7 @@ class World:
 
     @cached_property
     def moving(self) -> Bools:
-        """(pairs,) which pairs a joint can move."""
+        """Mask (pairs,) of the pairs that a joint moves."""
         return np.any(self.pair_reach, axis=1)
 
     @property
@@ -131,30 +130,30 @@ class World:
 
     @cached_property
     def items(self) -> tuple[Body | Obstacle, ...]:
-        """All that has a shape: bodies, then obstacles."""
+        """Bodies, then obstacles."""
         return (*self.bodies, *self.obstacles)
 
     @cached_property
     def reach(self) -> Reach:
-        return Reach.of(self.robot)
+        return Reach.from_robot(self.robot)
 
     @cached_property
     def pair_reach(self) -> Floats:
-        """(pairs, joints): metres by which a joint's motion can change a pair's distance at most, per unit."""
+        """(pairs, joints) m: largest change of a pair's distance per unit of each joint."""
         scene = np.repeat(self.reach.bodies, len(self.obstacles), axis=0)
         own = [pair_reach(self.robot, self.bodies[i], self.bodies[k]) for i, k in self.self_pairs.tolist()]
         return np.vstack([scene, np.reshape(own, (len(own), scene.shape[1]))])
 
     @cached_property
     def rounding(self) -> Floats:
-        """(pairs,) metres by which meshes that are thinned are nearer to each other than their triangles."""
+        """(pairs,) m: sum of the mesh radii, by which simplified meshes are closer than their triangles."""
         radii = np.array([item.shape.radius if isinstance(item.shape, Mesh) else 0.0 for item in self.items])
         count = len(self.bodies)
         scene = (radii[:count, None] + radii[None, count:]).ravel()
         return np.concatenate([scene, radii[self.self_pairs].sum(axis=1)])
 
     def members(self, pair: int) -> tuple[int, int]:
-        """(body, obstacle) of a scene pair, or (body, body)."""
+        """Return (body, obstacle) of a scene pair, else (body, body)."""
         scene = len(self.bodies) * len(self.obstacles)
         if pair < scene:
             return divmod(pair, len(self.obstacles))
@@ -162,7 +161,7 @@ class World:
         return int(first), int(second)
 
     def items_of(self, pair: int) -> tuple[int, int]:
-        """The numbers of a pair's two among all ``items``."""
+        """Return the numbers of a pair's two members among ``items``."""
         first, second = self.members(pair)
         return first, second + len(self.bodies) * self.is_scene_pair(pair)
 
@@ -170,7 +169,7 @@ class World:
         return pair < len(self.bodies) * len(self.obstacles)
 
     def contact(self, pair: int) -> Contact:
-        """The pair by its names: links of the robot, obstacles of the scene."""
+        """Return the names of a pair: links of the robot, obstacles of the scene."""
         first, second = self.members(pair)
         name = self.obstacles[second].name if self.is_scene_pair(pair) else self.bodies[second].link
         return Contact(self.bodies[first].link, name)
@@ -178,7 +177,7 @@ class World:
 
 @lru_cache(maxsize=16)
 def _self_pairs(robot: Robot, disabled: frozenset[frozenset[str]]) -> Ints:
-    """Kept, as a world that changes asks for the same robot's again and again."""
+    """Return the self-collision pairs, cached because worlds that change keep their robot."""
     pairs = [
         (i, k)
         for k, second in enumerate(robot.bodies)

@@ -54,7 +54,7 @@ class Frame:
 
     def reach(self, robot: Robot) -> Floats:
         """(joints,) how far (m) its origin is from a joint's axis at most; 1 for a slide, 0 for what carries it not."""
-        return Reach.of(robot, (Body("tool", "tool", self.joint, Sphere(_POINT), self.placement),)).bodies[0]
+        return Reach.from_robot(robot, (Body("tool", "tool", self.joint, Sphere(_POINT), self.placement),)).bodies[0]
 
     def poses(self, robot: Robot, q: Floats) -> tuple[Floats, Floats]:
         """Rotations (n, 3, 3) and positions (n, 3) of the frame in the world at configurations (n, dof)."""

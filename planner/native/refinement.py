@@ -8,14 +8,14 @@ from planner.native.compiled import Charge, NativeBounds, NativeWorld
 
 
 class ProofSettings(NamedTuple):
-    """What motions are to be: cheap, by their ``charge``, and proven with ``room`` (m) to spare.
+    """What motions are to be: cheap, by their ``charge``, and proven with ``resolution`` (m) to spare.
 
     ``bounds`` are those of this very world.
     """
 
     world: NativeWorld
     bounds: NativeBounds
-    room: float
+    resolution: float
     charge: Charge
 
 

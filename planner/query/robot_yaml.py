@@ -39,7 +39,7 @@ def write_robot_yaml(
     yield from (note.text for note in robot.notes[len(assembled.notes) :])
     listed = robot.disabled_pairs or frozenset()
     pairs = generate_disabled_pairs(robot, CoalChecker) - listed
-    checker = CoalChecker(World.of(robot, Scene("none"), pairs | listed))
+    checker = CoalChecker(World.from_scene(robot, Scene("none"), pairs | listed))
     make_folder(out.parent)
     write_whole(out, robot_yaml(files, robot, pairs, out.parent).encode())
     yield from self_test(checker)

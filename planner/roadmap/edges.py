@@ -30,10 +30,10 @@ class RecordingProver(EdgeProver):
         super().__init__(checker, progress)
         self._known: dict[tuple[bytes, bytes], tuple[float, int]] = {}
 
-    def prove(self, start: Floats, delta: Floats, room: float = PROOF, contacts: bool = True) -> Proofs:
+    def prove(self, start: Floats, delta: Floats, resolution: float = PROOF, contacts: bool = True) -> Proofs:
         """See :class:`planner.collision.edge_prover.EdgeProver`."""
         start, delta = np.atleast_2d(start), np.atleast_2d(delta)
-        proofs = super().prove(start, delta, room, contacts)
+        proofs = super().prove(start, delta, resolution, contacts)
         free = proofs.free
         self.note(start[free], delta[free], proofs.clearance[free], proofs.samples[free])
         return proofs
@@ -83,13 +83,16 @@ class MotionChecker:
 
     With a ``floor`` > 0 a motion must also keep manipulability above it, in states ``W_IN_GROWTH`` apart. What the
     world's motions keep is looked at in the same states, and proven where a motion is.
-    ``room`` (m): how much a proof must leave, see :meth:`planner.collision.edge_prover.EdgeProver.prove`.
+    ``resolution`` (m): how much a proof must leave, see :meth:`planner.collision.edge_prover.EdgeProver.prove`.
     """
 
-    def __init__(self, prover: EdgeProver, floor: float = 0.0, room: float = PROOF) -> None:
-        self.prover, self.robot, self.floor, self.room = prover, prover.robot, floor, room
+    def __init__(self, prover: EdgeProver, floor: float = 0.0, resolution: float = PROOF) -> None:
+        self.prover, self.robot, self.floor, self.resolution = prover, prover.robot, floor, resolution
         self.constraints = prover.world.constraints
-        self._ends_look_free, self._is_free = prover.checker.bound.make_state_check(np.inf), prover.each_free(room)
+        self._ends_look_free, self._is_free = (
+            prover.checker.bound.make_state_check(np.inf),
+            prover.each_free(resolution),
+        )
 
     def proven(self, first: Floats, delta: Floats) -> bool:
         """Whether the motion from ``first`` by ``delta`` (dof,) is proven free as a whole."""
@@ -99,7 +102,7 @@ class MotionChecker:
     def shorten_path(self, path: Floats) -> Floats:
         """The states (k, dof) of a ``path`` (n, dof) of proven motions that the shortest way along it passes.
 
-        Motions that skip others are proven, and leave ``room``; they turn no joint by half a turn, as angles of such
+        Motions that skip others are proven, to ``resolution``; they turn no joint by half a turn, as angles of such
         ends tell another motion, the shorter one.
         """
         states = self.robot.unwound(path)
@@ -107,7 +110,7 @@ class MotionChecker:
         allowed = np.triu(self.robot.is_below_half_turn(by), 1) | np.eye(len(path), k=1, dtype=bool)
         price = np.where(allowed, np.sqrt((by**2).sum(axis=2)), np.inf)
         allows = self._all_well_conditioned if self.floor > 0 else None
-        return path[cheapest_chain(self.prover, states, price, self.room, allows)]
+        return path[cheapest_chain(self.prover, states, price, self.resolution, allows)]
 
     def sampling_check(self, step: float) -> MotionCheck:
         """A check of states between which no point moves further than ``step`` (m): quick, and no proof."""

@@ -180,7 +180,7 @@ def _add_proven(motions: MotionChecker, forest: Forest, tree: Tree) -> None:
         return
     motions_of_tree = tree.nodes[tree.edges]
     a, b = np.moveaxis(motions_of_tree, 1, 0)
-    proven = motions.prover.free(a, motions.robot.difference(a, b), motions.room).tolist()
+    proven = motions.prover.free(a, motions.robot.difference(a, b), motions.resolution).tolist()
     joined = [True] * len(forest) + [False] * (len(tree.nodes) - len(forest))
     kept = []
     for row, ((parent, child), is_proven) in enumerate(zip(tree.edges.tolist(), proven, strict=True)):

@@ -72,7 +72,7 @@ class _Search:
         clearance: float = 0.0,
     ) -> None:
         self._around = around
-        self.finisher, self.refiner = refiner, replace(refiner, room=max(refiner.room, _WORKING_ROOM))
+        self.finisher, self.refiner = refiner, replace(refiner, resolution=max(refiner.resolution, _WORKING_ROOM))
         self._rng, cost = np.random.default_rng(refiner.seed + 1), refiner.cost
         whole = replace(refiner, cost=replace(cost, longest=np.inf))  # edges of any length stand in the roadmap
         edges = roadmap.edges[roadmap.clearance >= clearance]

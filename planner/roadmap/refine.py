@@ -40,7 +40,7 @@ _STRAIGHT = 1e-3  # rad: a smaller change of direction is no corner
 
 @dataclass(eq=False)
 class PathRefiner:
-    """Makes paths of proven motions cheaper under ``cost``; a motion is proven with ``room`` (m) beyond the margin.
+    """Makes paths of proven motions cheaper under ``cost``; a motion is proven to a ``resolution`` (m).
 
         refiner = PathRefiner(prover, MotionCost(robot, scale, Objective()))
         path = refiner.round(path)                     # again and again, until it gains nothing
@@ -51,7 +51,7 @@ class PathRefiner:
 
     prover: EdgeProver
     cost: MotionCost
-    room: float = PROOF
+    resolution: float = PROOF
     seed: int = 0
     progress: Progress = QUIET
     tries: int = 16  # partial shortcuts per round
@@ -97,7 +97,7 @@ class PathRefiner:
         k = len(points)
         if k < 3:
             return points
-        return points[cheapest_chain(self.prover, points, self._pairs(points, corner), self.room, self._test)]
+        return points[cheapest_chain(self.prover, points, self._pairs(points, corner), self.resolution, self._test)]
 
     def partial_shortcuts(self, path: Floats) -> Floats:
         """The path after ``tries`` tries, each the best of a few stretches on which some joints move evenly."""
@@ -105,18 +105,18 @@ class PathRefiner:
         if len(points) < 3:
             return path
         stretches = EvenStretches(points, *self._stretches(*points.shape), _LEAST_GAIN, _PROVEN_STRETCHES)
-        return straighten(self.prover, self.cost.charge, stretches, self.room, self._test)
+        return straighten(self.prover, self.cost.charge, stretches, self.resolution, self._test)
 
     def find_first_allowed(self, start: Floats, end: Floats, motions: Ints, alternatives: Ints) -> Ints:
         """For each item its first alternative of motions from ``start`` to ``end`` (m, dof) that are all allowed.
 
         See :func:`planner.collision.path_moves.first_free`.
         """
-        return first_free(self.prover, start, end - start, motions, alternatives, self.room, self._test)
+        return first_free(self.prover, start, end - start, motions, alternatives, self.resolution, self._test)
 
     def allowed(self, a: Floats, b: Floats) -> Bools:
         """(k,) whether the motions from ``a`` to ``b`` (k, dof) are proven and stay above the floor."""
-        free = self.prover.free(a, b - a, self.room)
+        free = self.prover.free(a, b - a, self.resolution)
         if self._test is not None:
             free[free] = self._test(a[free], (b - a)[free])
         return free
@@ -185,7 +185,7 @@ class PathRefiner:
         descent = Descent(
             path, 1, Step(_FIRST_STEP), _LEAST_STEP, _LEAST_GAIN, limits, _MIXES, draws, _PROVEN_PER_WAYPOINT
         )
-        return path_moves.descend(self.prover, self.cost.charge, descent, self.room, self._test)
+        return path_moves.descend(self.prover, self.cost.charge, descent, self.resolution, self._test)
 
 
 def split_evenly(path: Floats, piece: float, most: int | None = None) -> Floats:

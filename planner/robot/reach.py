@@ -29,7 +29,7 @@ class Reach:
     chain: Chain
 
     @staticmethod
-    def of(robot: Robot, bodies: tuple[Body, ...] | None = None) -> Reach:
+    def from_robot(robot: Robot, bodies: tuple[Body, ...] | None = None) -> Reach:
         """Reach of the robot's own bodies, or of any others that its joints carry."""
         if bodies is None:
             return _own_reach(robot)
@@ -49,7 +49,7 @@ class Reach:
 @lru_cache(maxsize=16)
 def _own_reach(robot: Robot) -> Reach:
     """Kept, as a world that changes asks for the same robot's again and again."""
-    return Reach.of(robot, robot.bodies)
+    return Reach.from_robot(robot, robot.bodies)
 
 
 @lru_cache(maxsize=2048)
@@ -86,7 +86,7 @@ def pair_reach(robot: Robot, first: Body, second: Body) -> Floats:
 
 @lru_cache(maxsize=2048)
 def _pair_reach(robot: Robot, first: Body, second: Body) -> Floats:
-    reach = Reach.of(robot, (first, second)).relative(np.array([[0, 1]]))[0]
+    reach = Reach.from_robot(robot, (first, second)).relative(np.array([[0, 1]]))[0]
     chain, radius = Chain.from_arm(robot), 0.0
     for number, joint in enumerate(_joints_down_to(chain, first.joint, second.joint)):
         if number == 0:

@@ -16,7 +16,7 @@ NO_PAIRS: frozenset[frozenset[str]] = frozenset()
 
 
 def world_of(robot: str) -> dict[str, Any]:
-    data = extract_geometry(World.of(load(robot), Scene.load("shelf"), NO_PAIRS))
+    data = extract_geometry(World.from_scene(load(robot), Scene.load("shelf"), NO_PAIRS))
     return data | {"shapes": split_shapes(data)}
 
 

@@ -57,7 +57,7 @@ def test_never_above_coals_distance(name):
 
 def world_of(shape_a, place_a, shape_b, place_b) -> World:
     robot = replace(load("planar_2r"), bodies=(body(shape_a, place_a),))
-    return World.of(robot, scene_of((shape_b, place_b)), frozenset())
+    return World.from_scene(robot, scene_of((shape_b, place_b)), frozenset())
 
 
 @pytest.mark.parametrize("kind", ["box", "sphere", "cylinder", "capsule"])
@@ -110,7 +110,7 @@ def test_a_look_finds_pairs_within_the_margin_and_no_others(kind: str) -> None:
     for _ in range(8):
         shape = random_shape(rng, kind, str(rng.choice(["normal", "thin", "large"])))
         obstacles = tuple(Obstacle(f"{k}", shape, random_pose(rng, 3.0)) for k in range(2))
-        world = World.of(robot, Scene("x", obstacles), robot.disabled_pairs or frozenset())
+        world = World.from_scene(robot, Scene("x", obstacles), robot.disabled_pairs or frozenset())
         world = replace(world, self_pairs=world.self_pairs[:0])
         q = random_q(robot, 1, int(rng.integers(1000)))
         rotation, position = joint_placements(Chain.from_arm(robot), q)

@@ -23,7 +23,7 @@ def crowd(count: int, rng: np.random.Generator) -> tuple[Obstacle, ...]:
 
 
 def world_of(obstacles: tuple[Obstacle, ...]) -> World:
-    return World.of(ROBOT, Scene("x", obstacles), ROBOT.disabled_pairs or frozenset())
+    return World.from_scene(ROBOT, Scene("x", obstacles), ROBOT.disabled_pairs or frozenset())
 
 
 def changed(obstacles: tuple[Obstacle, ...], k: int, rng: np.random.Generator) -> tuple[Obstacle, ...]:

@@ -104,7 +104,7 @@ def test_a_checker_with_shared_shapes_answers_as_a_fresh_one(backend: str) -> No
     obstacles = first.world.obstacles
     moved = replace(obstacles[0], placement=pose([0.5, 0.1, 0.5]))
     scene = replace(first.world.scene, obstacles=(moved, *obstacles[2:]))
-    world = World.of(first.robot, scene, first.robot.disabled_pairs or frozenset())
+    world = World.from_scene(first.robot, scene, first.robot.disabled_pairs or frozenset())
     fresh, shared = type(first)(world), type(first)(world, first)
     del first
     q = random_q(load("panda"), 200, seed=2)

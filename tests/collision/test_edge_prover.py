@@ -73,7 +73,7 @@ def pushed(first, second, place) -> tuple[World, float]:
     towards = (result.getNearestPoint2() - result.getNearestPoint1()) / true
     robot = sliding_robot(" ".join(repr(float(v)) for v in towards))
     robot = replace(robot, bodies=(replace(body(first), joint=1),))
-    return World.of(robot, scene_of((second, place)), frozenset()), true
+    return World.from_scene(robot, scene_of((second, place)), frozenset()), true
 
 
 def sliding_robot(axis: str) -> Robot:
@@ -207,7 +207,7 @@ def test_continuous_joints_take_the_short_way():
     ahead, behind = (pose([x, 0, 0]) for x in (0.4, -0.4))
     a, b = np.array([3.0, 0]), np.array([-3.0, 0])
     for place, verdict in ((ahead, Verdict.FREE), (behind, Verdict.COLLIDES)):
-        prover = EdgeProver(FclChecker(World.of(arm, scene_of((Box((0.1, 0.002, 0.1)), place)), frozenset())))
+        prover = EdgeProver(FclChecker(World.from_scene(arm, scene_of((Box((0.1, 0.002, 0.1)), place)), frozenset())))
         assert prover.prove(a, arm.difference(a, b)).verdict[0] == verdict
         assert prover.prove(b, arm.difference(b, a)).verdict[0] == verdict
 

@@ -93,7 +93,7 @@ BAD = {("box", "box"), ("box", "cylinder"), ("box", "capsule"), ("cylinder", "cy
 def as_world(first: Shape, others: list[tuple[Shape, np.ndarray]]) -> World:
     """One body at the origin, many obstacles: pair k is the body against obstacle k."""
     robot = replace(load("planar_2r"), bodies=(body(first),))
-    return World.of(robot, scene_of(*others), frozenset())
+    return World.from_scene(robot, scene_of(*others), frozenset())
 
 
 def reported(world: World) -> tuple[FclChecker, np.ndarray]:
@@ -141,7 +141,10 @@ def test_a_margin_is_kept_where_fcl_is_worst(case, kind):
     first, second, place = case
     truth = coal_distance(coal_geometry(first), np.eye(4), coal_geometry(second), place)
     swapped = replace(load("planar_2r"), bodies=(body(second, place),))
-    for world in (as_world(first, [(second, place)]), World.of(swapped, scene_of((first, np.eye(4))), frozenset())):
+    for world in (
+        as_world(first, [(second, place)]),
+        World.from_scene(swapped, scene_of((first, np.eye(4))), frozenset()),
+    ):
         assert kind(replace(world, margin=truth + 2e-3)).first_contact(np.zeros((1, 2))) is not None
 
 
@@ -209,7 +212,7 @@ def test_no_pair_of_shapes_is_left_out_that_is_near(first: str, second: str, far
         others = [(random_shape(rng, second, regime), there @ random_pose(rng, 1.0)) for _ in range(20)]
         placed = there @ random_pose(rng, 0.3)
         robot = replace(load("planar_2r"), bodies=(body(random_shape(rng, first, regime), placed),))
-        world = World.of(robot, scene_of(*others), frozenset())
+        world = World.from_scene(robot, scene_of(*others), frozenset())
         for pair, distance in enumerate(CoalWorld(world).distances(np.zeros(2))):
             assert (0, pair) in near(world, np.zeros((1, 2)), max(distance, 0.0) + 1e-5)
 

@@ -20,7 +20,7 @@ SCENE = Scene(
 
 
 def test_every_pair_has_a_number_and_its_members() -> None:
-    world = World.of(ROBOT, SCENE, frozenset())
+    world = World.from_scene(ROBOT, SCENE, frozenset())
     bodies, obstacles = len(world.bodies), len(world.obstacles)
     count = bodies * obstacles + len(world.self_pairs)
     assert world.pair_reach.shape == (count, ROBOT.dof)
@@ -38,7 +38,7 @@ def test_another_scene_and_a_carried_object_leave_the_rest_of_a_world_unchanged(
     assert robot.disabled_pairs
     ball = Carried("panda_hand", "ball", Sphere(0.02), pose([0, 0, 0.1]), ("panda_link5",))
     held = with_carried(robot, [ball])
-    world = World.of(
+    world = World.from_scene(
         robot, Scene("made", SCENE.obstacles), robot.disabled_pairs, 0.01, (PlaneConstraint((0, 0, 1), 0.0),)
     )
     other = world.among(Scene("other"), held)
@@ -53,7 +53,7 @@ def test_another_scene_and_a_carried_object_leave_the_rest_of_a_world_unchanged(
 
 def test_no_motion_changes_a_distance_by_more_than_the_reach_says() -> None:
     """Of the centres of bodies, which are points of them."""
-    world = World.of(ROBOT, SCENE, frozenset())
+    world = World.from_scene(ROBOT, SCENE, frozenset())
     chain = Chain.from_arm(ROBOT)
 
     def centres(q: np.ndarray) -> np.ndarray:

@@ -41,7 +41,7 @@ def assert_bounds_motion(robot, bodies, reach, seed=0, n=30):
 
 @pytest.mark.parametrize("name", ROBOTS)
 def test_no_point_moves_further(name):
-    assert_bounds_motion(load(name), load(name).bodies, Reach.of(load(name)))
+    assert_bounds_motion(load(name), load(name).bodies, Reach.from_robot(load(name)))
 
 
 def sliding(urdf_file) -> Robot:
@@ -61,14 +61,14 @@ def sliding(urdf_file) -> Robot:
 
 def test_beyond_a_sliding_joint(urdf_file):
     robot = sliding(urdf_file)
-    assert_bounds_motion(robot, robot.bodies, Reach.of(robot), n=300)
+    assert_bounds_motion(robot, robot.bodies, Reach.from_robot(robot), n=300)
 
 
 @pytest.mark.parametrize("name", ["iiwa14", "panda", "planar_2r", "ur5"])
 def test_reach_is_close_to_the_motion_of_some_point(name):
     """A bound that is far too large would be safe and useless: some point really comes near it."""
     robot, h = load(name), 1e-4
-    reach, rng = Reach.of(robot).bodies, np.random.default_rng(0)
+    reach, rng = Reach.from_robot(robot).bodies, np.random.default_rng(0)
     best = np.zeros_like(reach)
     points = [some_points(item, rng) for item in robot.bodies]
     for q in np.vstack([np.zeros((1, robot.dof)), random_q(robot, 60)]):
@@ -87,7 +87,7 @@ def test_relative_motion_of_two_bodies(name):
     """Seen from one body, no point of the other moves further than the relative reach says."""
     robot = load(name)
     world = checker_of(name).world
-    relative = Reach.of(robot).relative(world.self_pairs)
+    relative = Reach.from_robot(robot).relative(world.self_pairs)
     rng = np.random.default_rng(4)
     for q in random_q(robot, 20, seed=4):
         delta = np.clip(q + rng.normal(size=robot.dof) * 0.2, robot.lower, robot.upper) - q

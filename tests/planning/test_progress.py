@@ -29,9 +29,9 @@ class Heard:
         self.silent, self.longest = 0, (0, "")
         prove = EdgeProver._prove_batch
 
-        def counted(prover: EdgeProver, coefficients: np.ndarray, room: float) -> Any:
+        def counted(prover: EdgeProver, coefficients: np.ndarray, resolution: float) -> Any:
             self.silent += len(coefficients)
-            return prove(prover, coefficients, room)
+            return prove(prover, coefficients, resolution)
 
         monkeypatch.setattr(EdgeProver, "_prove_batch", counted)
 

@@ -35,7 +35,7 @@ def test_pairs_in_the_way_are_named(urdf_file, touches: bool) -> None:
     links += link_xml("disc", f'<cylinder radius="{0.55 if touches else 0.4}" length="0.01"/>') + link_xml("m")
     joints = joint_xml("j", "a", "b", limit="-3 3") + joint_xml("weld", "a", "m", "fixed")
     robot = Robot.load(urdf_file(links + joints + joint_xml("k", "m", "disc")), tool="b")
-    summary, *pairs = self_test(CoalChecker(World.of(robot, Scene("none"), frozenset())))
+    summary, *pairs = self_test(CoalChecker(World.from_scene(robot, Scene("none"), frozenset())))
     home, reached, free = ("in collision", 0, 0) if touches else ("free", 8, 100)
     assert f"home is {home}, {reached} of 8 tool positions are reached, {free} % of" in summary
     assert len(pairs) == touches
