@@ -50,8 +50,8 @@ def compute_disabled_pairs(
         return {"pairs": np.array(_frequent_contacts(new[0]), dtype=np.str_).reshape(-1, 2)}
 
     neighbours = sorted(sorted(pair) for pair in disabled)
-    found = load_or_compute("pairs", [robot.identity, neighbours, SAMPLES, FIRST, ALWAYS], always)["pairs"]
-    return disabled | frozenset(frozenset(pair) for pair in found.tolist()), made[0] if made else None
+    result = load_or_compute("pairs", [robot.identity, neighbours, SAMPLES, FIRST, ALWAYS], compute)["pairs"]
+    return disabled | frozenset(frozenset(pair) for pair in result.tolist()), new[0] if new else None
 
 
 def _frequent_contacts(checker: CollisionChecker) -> list[tuple[str, str]]:
