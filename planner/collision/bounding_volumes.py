@@ -139,7 +139,7 @@ def hull_of(mesh: Mesh) -> tuple[Floats, float]:
     The depth is rough, 0 where the mesh is convex and inf where it is not closed: it says where the hull is good enough
     a bound.
     """
-    if isinstance(mesh, PathContact):  # a box will do: no hull stands for a cloud
+    if isinstance(mesh, Seen):  # a box will do: no hull stands for a cloud
         low, high = mesh.vertices.min(axis=0), mesh.vertices.max(axis=0)
         return frozen(0.5 * (low + high) + CORNERS * (high - low)), np.inf
     return frozen(hull_corners(mesh.vertices[vertices_in_triangles(mesh)])), dent_depth(mesh)

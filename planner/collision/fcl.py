@@ -51,8 +51,8 @@ class Boxes:
         middles = (turns @ boxes[:, 0, :, None] + placements[:, :3, 3:])[..., 0]
         self._joints = np.array([body.joint for body in world.bodies], dtype=np.int64)
         self._halves, self._turns, self._middles = boxes[:count, 1], turns[:count], middles[:count]
-        self._obstacles = _Placed.of(boxes[count:, 1], turns[count:, None], middles[count:, None])
-        seen = np.array([isinstance(item.shape, PathContact) for item in world.obstacles], dtype=bool)
+        self._obstacles = _Placed.from_halves(boxes[count:, 1], turns[count:, None], middles[count:, None])
+        seen = np.array([isinstance(item.shape, Seen) for item in world.obstacles], dtype=bool)
         self._checked, self._own = world.checked & ~seen, world.self_pairs  # planes decide on clouds
 
     def near(self, rotation: Floats, position: Floats, reach: float) -> Iterator[tuple[Ints, Ints]]:
