@@ -43,7 +43,7 @@ from planner.planning.result import Plan
 from planner.problem.request import FollowRequest, TimingRequest
 from planner.query.query import make_checker_for
 from planner.tool_paths.file import read_tool_path
-from planner.tool_paths.followed import ToolGuide
+from planner.tool_paths.tool_motion import ToolGuide
 from planner.tool_paths.tool_path import ToolPath
 from planner.trajectory.limits import MotionLimits
 from planner.trajectory.timing import time_curve
@@ -149,7 +149,7 @@ def _toppra(follower: Follower, timed: Plan) -> float:
     """Seconds of toppra along the same curve, without limits on jerk."""
     robot, limits = timed.robot, MotionLimits.from_robot(timed.robot)
     places = follower.reached.along[timed.path_nodes]
-    guide = ToolGuide.of(timed.path, places, robot, follower.reached.ladder.tube, None)
+    guide = ToolGuide.from_path(timed.path, places, robot, follower.reached.ladder.tube, None)
     _, curve = time_curve(timed.path, timed.checker, limits, "blended", 0.0, guide=guide)
     joints = np.ascontiguousarray(curve.coefficients[..., : robot.dof])
     return toppra_duration(replace(curve, coefficients=joints), limits.velocity, limits.acceleration)

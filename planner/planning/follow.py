@@ -28,9 +28,15 @@ from planner.roadmap.roadmap import Roadmap, roomy_where_joined
 from planner.search.manipulability_floor import highest_floor
 from planner.search.network import build_network
 from planner.tool_paths.file import read_tool_path
-from planner.tool_paths.followed import FollowedPath, ToolPathRecord, ToolSpeedRecord, join_trajectories, time_tool_path
 from planner.tool_paths.ladder import build_ladder
 from planner.tool_paths.ladder_roadmap import LEFT_OUT, NEW, LadderProgress, attach_ladder, explain_stop, follow_ladder
+from planner.tool_paths.tool_motion import (
+    FollowedPath,
+    ToolPathRecord,
+    ToolSpeedRecord,
+    join_trajectories,
+    time_tool_path,
+)
 from planner.tool_paths.tool_path import ToolPath
 from planner.tool_paths.tube import NO_DEVIATION, Deviation, Tube
 from planner.trajectory.limits import MotionLimits

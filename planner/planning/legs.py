@@ -14,9 +14,9 @@ from planner.problem.request import PlanRequest, TimingRequest
 from planner.query.query import Query
 from planner.roadmap.roadmap import Roadmap, roomy_where_joined
 from planner.robot.robot import Robot
-from planner.tool_paths.followed import LegRecord, join_trajectories, leg_line, time_tool_path
 from planner.tool_paths.ladder import continue_ladder
 from planner.tool_paths.ladder_roadmap import NEW, LadderProgress, attach_ladder, explain_stop, follow_ladder
+from planner.tool_paths.tool_motion import LegRecord, join_trajectories, leg_line, time_tool_path
 from planner.tool_paths.tool_path import ToolPath
 from planner.tool_paths.tube import Tube
 from planner.trajectory.limits import MotionLimits
@@ -77,7 +77,7 @@ class Legs:
                 parts = (straight, motion) if before else (motion, straight)
                 motion = join_trajectories(*parts, plan.checker, limits, floor)
                 k = 0 if before else -1
-                off = records[k].largest_deviation.or_more(tube.deviation_of(straight, plan.robot, places))
+                off = records[k].largest_deviation.max_with(tube.deviation_of(straight, plan.robot, places))
                 records[k] = replace(records[k], largest_deviation=off)
         return replace(plan, trajectory=motion, legs=tuple(records))
 

@@ -15,7 +15,7 @@ from planner.problem.outcome import Nodes, NoPath, Record, Rows
 from planner.roadmap.roadmap import RoadmapRecord
 from planner.robot.scene import Scene
 from planner.search.network import PathCost
-from planner.tool_paths.followed import LegRecord, ToolPathRecord
+from planner.tool_paths.tool_motion import LegRecord, ToolPathRecord
 from planner.trajectory.measure import CLOSE, NOTHING_NEAR, TOO_CLOSE, TOO_CLOSE_TEXT, Nearest, dense_path, nearest_text
 from planner.trajectory.safe_intervals import TimedRoute
 from planner.trajectory.trajectory import Trajectory

@@ -41,7 +41,7 @@ from planner.robot.robot import Robot
 from planner.robot.scene import Scene
 from planner.search.manipulability_floor import LayeredNetwork
 from planner.search.network import PathCost
-from planner.tool_paths.followed import FollowedPath, LegRecord, leg_line
+from planner.tool_paths.tool_motion import FollowedPath, LegRecord, leg_line
 from planner.trajectory.file import TRAJECTORY_NAME
 from planner.trajectory.measure import (
     TOO_CLOSE,
@@ -238,8 +238,8 @@ class Plan(Result[PlanRecord]):
         for leg in self.legs:
             end = self.path[0 if leg.leg == "retreat" else -1]
             page.add_tool_line(leg_line(self.robot, end, leg.length), leg.tube.position)
-        if self.tool_path is not None and len(self.tool_path.wanted):
-            page.add_tool_line(self.tool_path.wanted, self.tool_path.record.tube.position)
+        if self.tool_path is not None and len(self.tool_path.points):
+            page.add_tool_line(self.tool_path.points, self.tool_path.record.tube.position)
             page.add_rungs(self.tool_path.rungs)
         page.add_roadmap(self.roadmap, self.node_costs)
         if paths:

@@ -1,4 +1,4 @@
-"""Files of tool paths that people write: YAML with lines and arcs, or CSV with a row a point."""
+"""Files of tool paths: YAML with lines and arcs, or CSV with one row per point."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ class _Point(Strict):
 
 
 class ToolPathFile(Strict):
-    """A tool path: points in m in the world, the tool's orientation at each, and how far the tool may be off."""
+    """A tool path: points in m in the world, the tool's orientation at each, and the tolerances."""
 
     name: str = ""
     tube: _Tube = _Tube()
@@ -59,60 +59,62 @@ class ToolPathFile(Strict):
 
 
 def read_tool_path(path: StrPath | Mapping[str, Any]) -> ToolPath:
-    """The tool path in a .yaml or .csv file, or in the keys of one; :class:`FileError` for one that makes no sense.
+    """Return the tool path of a .yaml or .csv file, or of a mapping with its keys.
 
-    read_tool_path({"points": [{"position": [0.4, y, 0.3], "axis": [0, 0, -1]} for y in (-0.1, 0.1)]})
+        read_tool_path({"points": [{"position": [0.4, y, 0.3], "axis": [0, 0, -1]} for y in (-0.1, 0.1)]})
+
+    Raises :class:`FileError` for another file.
     """
     if isinstance(path, Mapping):
-        return tool_path_of(validate(ToolPathFile, dict(path), "tool path"), "the tool path", "tool path")
+        return build_tool_path(validate(ToolPathFile, dict(path), "tool path"), "the tool path", "tool path")
     path = Path(path)
     where, text = f"tool path {path}", read_text(path, "tool path")
     if path.suffix.lower() not in (".yaml", ".yml", ".csv"):
-        raise FileError(f"{where} ends in '{path.suffix}': give a .yaml or .csv file.")
+        raise FileError(f"{where} must end in .yaml or .csv, got '{path.suffix}'.")
     data = _rows(text, where) if path.suffix.lower() == ".csv" else parse_yaml(text, where)
-    return tool_path_of(validate(ToolPathFile, data, where), where, path.stem)
+    return build_tool_path(validate(ToolPathFile, data, where), where, path.stem)
 
 
-def tool_path_of(file: ToolPathFile, where: str, name: str) -> ToolPath:
-    """The arrays of a file, arcs as lines; :class:`FileError` names ``where`` and the point that is wrong."""
+def build_tool_path(file: ToolPathFile, where: str, name: str) -> ToolPath:
+    """Return the tool path of a file, arcs as lines; :class:`FileError` names ``where`` and the point."""
     positions = np.array([point.position for point in file.points], dtype=float).reshape(-1, 3)
     free = np.array([point.quaternion is None for point in file.points])
     cones = np.array([0.0 if point.cone is None else point.cone.angle for point in file.points])
-    turns, given = _turns(file.points, where), np.arange(len(positions)) + 1
+    turns, given = _orientations(file.points, where), np.arange(len(positions)) + 1
     try:
         tube = TubeSize(file.tube.position, file.tube.angle)
         path = ToolPath(file.name or name, positions, turns, free, cones, given, tube)
     except ArrayError as error:
         raise FileError(f"{where}: {error}") from None
     vias = [k for k, point in enumerate(file.points) if point.via]
-    return _with_legs(_with_arcs(path, vias, where), file.approach, file.retreat)
+    return _add_legs(_expand_arcs(path, vias, where), file.approach, file.retreat)
 
 
 def _rows(text: str, where: str) -> dict[str, Any]:
-    """The rows of a CSV of named columns, as the keys of a YAML file."""
+    """Return the rows of a CSV with named columns, as the keys of a YAML file."""
     names, table = csv_table(text, where)
-    wanted = {kind: ("x", "y", "z", *columns) for kind, columns in _COLUMNS.items()}
-    kind = next((kind for kind, columns in wanted.items() if sorted(names or ()) == sorted(columns)), None)
+    headers = {kind: ("x", "y", "z", *columns) for kind, columns in _COLUMNS.items()}
+    kind = next((kind for kind, columns in headers.items() if sorted(names or ()) == sorted(columns)), None)
     if names is None or kind is None:
-        columns = f"has columns {', '.join(names)}" if names else "names no columns"
-        raise FileError(f"{where} {columns}: give x, y, z and qx, qy, qz, qw or ax, ay, az.")
+        columns = ", ".join(names) if names else "none"
+        raise FileError(f"{where}: columns must be x, y, z and qx, qy, qz, qw or ax, ay, az, got {columns}.")
     values = matrix(table, where)
     if len(table) and values.shape[1] != len(names):
-        raise FileError(f"{where} has {len(names)} columns and rows of {values.shape[1]} numbers; mend the file.")
-    ordered = values[:, [names.index(name) for name in wanted[kind]]] if table else values
+        raise FileError(f"{where}: rows must have {len(names)} numbers, got {values.shape[1]}; mend the file.")
+    ordered = values[:, [names.index(name) for name in headers[kind]]] if table else values
     return {"points": [{"position": row[:3], kind: row[3:]} for row in ordered.tolist()]}
 
 
-def _turns(points: list[_Point], where: str) -> Floats:
-    """(k, 3, 3); where the tool may turn about its z axis by as little as possible from the point before."""
+def _orientations(points: list[_Point], where: str) -> Floats:
+    """Return (k, 3, 3) orientations; free ones are nearest to the point before."""
     turns = np.empty((len(points), 3, 3))
     before = np.eye(3)
     for number, point in enumerate(points):
         values = np.array(point.quaternion or point.axis or (point.cone and point.cone.axis), dtype=float)
         length = float(np.linalg.norm(values))
-        what = "quaternion" if point.quaternion else "axis"
+        kind = "quaternion" if point.quaternion else "axis"
         if abs(length - 1.0) > _UNIT:
-            raise FileError(f"{where}: the {what} of point {number + 1} has length {length:g}: give a unit {what}.")
+            raise FileError(f"{where}: the {kind} of point {number + 1} must have length 1, got {length:g}.")
         if point.quaternion:
             turns[number] = pose(quaternion=values.tolist())[:3, :3]
         else:
@@ -121,27 +123,27 @@ def _turns(points: list[_Point], where: str) -> Floats:
     return turns
 
 
-def _with_arcs(path: ToolPath, vias: list[int], where: str) -> ToolPath:
-    """The path with lines for the arcs that lead through the points ``vias``."""
+def _expand_arcs(path: ToolPath, vias: list[int], where: str) -> ToolPath:
+    """Return the path with lines in place of the arcs through the points ``vias``."""
     if vias and (vias[0] == 0 or vias[-1] == len(path.positions) - 1 or 1 in np.diff(vias)):
         raise FileError(
-            f"{where}: a 'via: arc' stands between two points that are none: give each arc a begin and an end."
+            f"{where}: a point with 'via: arc' must be between two without: give each arc a start and an end."
         )
     parts = [path.rows(slice(1))]
     for k in range(1, len(path.positions)):
         if k in vias:
             try:
-                parts.append(_along_arc(path, k - 1, *arc_points(path.positions[k - 1 : k + 2], path.tube.position)))
+                parts.append(_sample_arc(path, k - 1, *arc_points(path.positions[k - 1 : k + 2], path.tube.position)))
             except ValueError as error:
-                raise FileError(f"{where}: point {k + 1} is no middle of an arc, as {error}: move it.") from None
+                raise FileError(f"{where}: point {k + 1} must be the middle of an arc, but {error}: move it.") from None
         elif k - 1 not in vias:
             parts.append(path.rows(slice(k, k + 1)))
     bend = SAGITTA * path.tube.position if vias else 0.0
     return replace(path, **{name: np.concatenate([part[name] for part in parts]) for name in POINT_ARRAYS}, bend=bend)
 
 
-def _along_arc(path: ToolPath, first: int, points: Floats, angles: Floats) -> dict[str, Any]:
-    """The arrays of points on the arc from ``first``; orientations change evenly to its middle, and from there."""
+def _sample_arc(path: ToolPath, first: int, points: Floats, angles: Floats) -> dict[str, Any]:
+    """Return arrays of points on the arc from ``first``; orientations change linearly on each half."""
     at_middle = int(np.abs(points - path.positions[first + 1]).sum(axis=1).argmin())
     begin = np.where(np.arange(len(points)) <= at_middle, first, first + 1)
     low = np.where(begin == first, 0.0, angles[at_middle])
@@ -150,8 +152,8 @@ def _along_arc(path: ToolPath, first: int, points: Floats, angles: Floats) -> di
     return dict(zip(POINT_ARRAYS, (points, turns, free, cones, path.given[begin + 1]), strict=True))
 
 
-def _with_legs(path: ToolPath, approach: float, retreat: float) -> ToolPath:
-    """The path with a straight leg of ``approach`` m along the tool's z axis before it, and ``retreat`` m back."""
+def _add_legs(path: ToolPath, approach: float, retreat: float) -> ToolPath:
+    """Return the path with straight legs along the tool's z axis, before and after it (m)."""
     last = len(path.positions) - 1
     rows = path.rows(np.array([*[0] * (approach > 0), *range(last + 1), *[last] * (retreat > 0)]))
     rows["positions"][0] -= approach * path.turns[0, :, 2]

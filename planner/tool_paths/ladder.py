@@ -1,9 +1,9 @@
-"""A ladder: inverse kinematics solutions at stations of a tool path, and the proven joint motions between them.
+"""A ladder: inverse kinematics solutions at stations of a tool path, and proven motions between them.
 
 Solutions are spread over branches, redundancy and free turns at a few stations, and each is continued from station to
-station, nearest solution by nearest solution, over the whole path: a thread. A motion between neighbours on a thread,
-or to near solutions of other threads, is a rung's arc once it is proven to stay in the tube; where that is not so on a
-thread, the motion is halved at a solution for its middle. So no joint changes by more than the tube explains.
+station by the nearest solution, over the whole path: a thread. A motion between neighbours on a thread, or to near
+solutions of other threads, becomes an arc if it is proven to stay in the tube; an unproven motion on a thread is halved
+at a solution for its middle. So no joint changes by more than the tube explains.
 """
 
 from __future__ import annotations
@@ -21,22 +21,22 @@ from planner.robot.robot import Robot
 from planner.tool_paths.tool_path import align_z, rotate_about
 from planner.tool_paths.tube import Tube
 
-_ANCHORS = 5  # stations at which solutions are looked for from everywhere
-_STARTS = 64  # descents at each
-_THREADS = 6  # solutions of each that are continued
-_NEAR = 3  # solutions of other threads that a motion may lead to from each
-_STEP = 0.4  # of the square root of the tube (m) are stations apart; twice the step needs four times the tube
+_ANCHORS = 5  # stations with a search from random seeds
+_STARTS = 64  # descents per anchor
+_THREADS = 6  # solutions per anchor that are continued
+_NEAR = 3  # motions from each solution to other threads
+_STEP = 0.4  # of the square root of the tube (m) between stations; twice the step needs four times the tube
 _HALVINGS = 5
-_SAME = 1e-4  # rad (m): solutions nearer to each other are one
-_FAR = 0.5  # rad (m): a step of a thread by more is a jump to another branch
-_HOPELESS = 64.0  # times the tube: a motion between threads whose bound is beyond is not looked at
+_SAME = 1e-4  # rad (m): closer solutions are the same
+_FAR = 0.5  # rad (m): a larger step of a thread is a jump to another branch
+_HOPELESS = 64.0  # times the tube: motions between threads with a larger bound are not proven
 
 
 @dataclass(frozen=True, eq=False)
 class Ladder:
-    """Rungs ``q`` (n, dof) where the path is at ``share`` (n,) of its line ``line`` (n,), and arcs (m, 2) forward.
+    """Rungs ``q`` (n, dof) at ``share`` (n,) of line ``line`` (n,) of the path, and arcs (m, 2) forward.
 
-    ``along`` (n,) and ``stations`` (s,) are m from the path's beginning; every arc's straight joint motion is proven to
+    ``along`` (n,) and ``stations`` (s,) are m from the path's start; every arc's straight joint motion is proven to
     stay in the tube.
     """
 
@@ -59,32 +59,34 @@ def build_ladder(
     step: float | None = None,
     seed: int = 0,
     dense: int = 1,
-    allows: Callable[[Floats], Bools] | None = None,
+    is_allowed: Callable[[Floats], Bools] | None = None,
 ) -> Ladder:
-    """The ladder of a path for ``robot``, with ``dense`` times the solutions; stations ``step`` (m) apart at most.
+    """Return the ladder of a path for ``robot``, with stations at most ``step`` (m) apart.
 
-    Threads begin at solutions (k, dof) that ``allows`` says yes to, (k,), where there are such. The same for the same
-    arguments: it works by counts.
+    A larger ``dense`` multiplies the number of solutions. Threads start at solutions (k, dof) for which ``is_allowed``
+    is true (k,), if there are any. The result depends on the arguments alone: no search ends by time.
     """
     stations = _Stations.along(tube, step or np.inf)
-    return _linked(robot, tube, stations, _threads(robot, stations, np.random.default_rng(seed), dense, allows))
+    return _link_threads(
+        robot, tube, stations, _build_threads(robot, stations, np.random.default_rng(seed), dense, is_allowed)
+    )
 
 
 def continue_ladder(robot: Robot, tube: Tube, q: Floats) -> Ladder:
-    """The ladder of one thread, from the solution ``q`` (dof,) at the beginning of a path."""
+    """Return the ladder of one thread, from the solution ``q`` (dof,) at the start of a path."""
     stations = _Stations.along(tube)
     threads = np.full((1, len(stations.line), robot.dof), np.nan)
     threads[0, 0] = q
     for k in range(len(stations.line) - 1):
-        _continue(robot, stations, threads, np.eye(3)[None], k, k + 1)
-    return _linked(robot, tube, stations, threads)
+        _continue_threads(robot, stations, threads, np.eye(3)[None], k, k + 1)
+    return _link_threads(robot, tube, stations, threads)
 
 
 @dataclass(frozen=True, eq=False)
 class _Stations:
-    """Targets (s, 4, 4) at places of a path, whether the tool turns freely there (s,), and its cones (s,).
+    """Targets (s, 4, 4) at points of a path, whether the tool turns freely there (s,), and cones (s,).
 
-    Solutions may be off their targets by what is ``taken`` (s, 2), m and rad.
+    Solutions may be off their targets by ``tolerances`` (s, 2), m and rad.
     """
 
     line: Ints
@@ -92,45 +94,45 @@ class _Stations:
     targets: Floats
     free: Bools
     cones: Floats
-    taken: Floats
+    tolerances: Floats
 
-    def part(self, rows: Ints) -> _Stations:
+    def select(self, rows: Ints) -> _Stations:
         return _Stations(*(getattr(self, each.name)[rows] for each in fields(self)))
 
     @staticmethod
     def along(tube: Tube, step: float = np.inf) -> _Stations:
-        """Along all of the path, ``step`` (m) apart at most."""
+        """Return stations along the whole path, at most ``step`` (m) apart."""
         step = min(step, _STEP * float(np.sqrt(tube.path.tube.position)))
-        return _Stations.of(tube, *tube.path.divide(tube.path.lengths / step))
+        return _Stations.at_shares(tube, *tube.path.divide(tube.path.lengths / step))
 
     @staticmethod
-    def of(tube: Tube, line: Ints, share: Floats) -> _Stations:
-        """At shares (n,) of the lines (n,) of the path."""
+    def at_shares(tube: Tube, line: Ints, share: Floats) -> _Stations:
+        """Return stations at shares (n,) of the lines (n,) of the path."""
         path = tube.path
         position, turn, free, cone = path.at(line, share)
         targets = np.tile(np.eye(4), (len(line), 1, 1))
         targets[:, :3, 3], targets[:, :3, :3] = position, turn
         cone[free] = np.maximum(cone[free], tube.lean)
-        return _Stations(line, share, targets, free, cone, tube.taken(free))
+        return _Stations(line, share, targets, free, cone, tube.tolerances(free))
 
 
 def solutions_at(
     robot: Robot, tube: Tube, along: float, starts: int, rng: np.random.Generator
 ) -> tuple[Floats, Floats]:
-    """What ``starts`` descents find at a place of the path (m): as :func:`_solved`, turned as they may be by chance."""
+    """Return :func:`_solve` for ``starts`` descents with random turns, ``along`` m of the path."""
     path = tube.path
     line = np.clip(np.searchsorted(path.along, along - 1e-9) - 1, 0, len(path.lengths) - 1)
     share = np.clip((along - path.along[line]) / path.lengths[line], 0.0, 1.0)
-    stations = _Stations.of(tube, np.full(starts, line), np.full(starts, share))
-    z = (stations.targets[:, :3, :3] @ _tilts(stations.cones, rng))[:, :, 2]
-    return _solved(robot, stations, z, rng.uniform(robot.lower, robot.upper, size=(starts, robot.dof)))
+    stations = _Stations.at_shares(tube, np.full(starts, line), np.full(starts, share))
+    z = (stations.targets[:, :3, :3] @ _draw_tilts(stations.cones, rng))[:, :, 2]
+    return _solve(robot, stations, z, rng.uniform(robot.lower, robot.upper, size=(starts, robot.dof)))
 
 
-def _solved(robot: Robot, stations: _Stations, z: Floats, seeds: Floats) -> tuple[Floats, Floats]:
-    """Configurations (n, dof), nan where no solution is found, and by how much (n, 2) m and rad they are off.
+def _solve(robot: Robot, stations: _Stations, z: Floats, seeds: Floats) -> tuple[Floats, Floats]:
+    """Return configurations (n, dof), nan without a solution, and their errors (n, 2) m and rad.
 
-    One a station, from ``seeds`` (n, dof); where the tool turns freely with its z axis along ``z`` (n, 3), turned from
-    the seed's orientation by as little as that takes.
+    One per station, from ``seeds`` (n, dof). Where the tool turns freely, its z axis is along ``z`` (n, 3), and its
+    turn is as near to the seed's as possible.
     """
     q, off = np.empty_like(seeds), np.empty((len(seeds), 2))
     for free in (False, True):
@@ -140,51 +142,51 @@ def _solved(robot: Robot, stations: _Stations, z: Floats, seeds: Floats) -> tupl
             targets[:, :3, :3] = align_z(z[rows], Frame.tool(robot).poses(robot, seeds[rows])[0])
         q[rows], *missed = solve_each(robot, targets, seeds[rows], free)
         off[rows] = np.stack(missed, axis=1)
-    q[(off > stations.taken).any(axis=1)] = np.nan
+    q[(off > stations.tolerances).any(axis=1)] = np.nan
     return q, off
 
 
-def _threads(
+def _build_threads(
     robot: Robot,
     stations: _Stations,
     rng: np.random.Generator,
     dense: int,
-    allows: Callable[[Floats], Bools] | None,
+    is_allowed: Callable[[Floats], Bools] | None,
 ) -> Floats:
-    """Solutions (t, s, dof) of every thread, nan where it has ended."""
+    """Return the solutions (t, s, dof) of every thread, nan beyond its ends."""
     s = len(stations.line)
     anchors = np.unique(np.linspace(0, s - 1, min(_ANCHORS * dense, s)).round().astype(np.int64))
     bound = np.flatnonzero(~stations.free)
-    if 0 < len(bound) < s:  # no thread that is turned otherwise reaches them
+    if 0 < len(bound) < s:  # only threads that start there have their orientation
         anchors = np.unique(np.append(anchors, bound[np.abs(bound[:, None] - anchors).argmin(axis=0)]))
     at = np.repeat(anchors, _STARTS * dense)
-    tilts, there = _tilts(stations.cones[at], rng), stations.part(at)
+    tilts, there = _draw_tilts(stations.cones[at], rng), stations.select(at)
     z = (there.targets[:, :3, :3] @ tilts)[:, :, 2]
-    q, _ = _solved(robot, there, z, rng.uniform(robot.lower, robot.upper, size=(len(at), robot.dof)))
+    q, _ = _solve(robot, there, z, rng.uniform(robot.lower, robot.upper, size=(len(at), robot.dof)))
     good = np.isfinite(q[:, 0])
-    if allows is not None and good.any():
-        good[good] = allows(q[good])
-    found = [_spread_out(robot, q, good, rows, _THREADS) for rows in np.split(np.arange(len(at)), len(anchors))]
-    chosen = np.concatenate(found)
+    if is_allowed is not None and good.any():
+        good[good] = is_allowed(q[good])
+    rows_of_anchor = np.split(np.arange(len(at)), len(anchors))
+    chosen = np.concatenate([_choose_apart(robot, q, good, rows, _THREADS) for rows in rows_of_anchor])
     threads = np.full((len(chosen), s, robot.dof), np.nan)
     threads[np.arange(len(chosen)), at[chosen]] = q[chosen]
     for step, order in ((1, range(s - 1)), (-1, range(s - 1, 0, -1))):
         for k in order:
-            _continue(robot, stations, threads, tilts[chosen], k, k + step)
+            _continue_threads(robot, stations, threads, tilts[chosen], k, k + step)
     return threads
 
 
-def _tilts(cones: Floats, rng: np.random.Generator) -> Floats:
-    """Rotations (n, 3, 3) that lean the z axis of a target within its cone, drawn evenly."""
+def _draw_tilts(cones: Floats, rng: np.random.Generator) -> Floats:
+    """Return random rotations (n, 3, 3) that tilt the z axis of a target within its cone, uniformly."""
     n = len(cones)
     side, lean = rng.uniform(-np.pi, np.pi, n), 0.9 * cones * np.sqrt(rng.uniform(size=n))
     return rotate_about(np.stack([np.cos(side), np.sin(side), np.zeros(n)], axis=1), lean)
 
 
-def _spread_out(robot: Robot, q: Floats, good: Bools, rows: Ints, count: int) -> Ints:
-    """Up to ``count`` of the ``rows`` with solutions: the best by w, then always the one farthest from the others.
+def _choose_apart(robot: Robot, q: Floats, good: Bools, rows: Ints, count: int) -> Ints:
+    """Return up to ``count`` of the ``rows``: the best by w, then always the farthest from the others.
 
-    Of those that are ``good`` (n,), where there are such.
+    They are ``good`` (n,) if there are such, else any solutions.
     """
     rows = rows[good[rows]] if good[rows].any() else rows[np.isfinite(q[rows, 0])]
     if not len(rows):
@@ -199,23 +201,23 @@ def _spread_out(robot: Robot, q: Floats, good: Bools, rows: Ints, count: int) ->
     return rows[chosen]
 
 
-def _continue(robot: Robot, stations: _Stations, threads: Floats, tilts: Floats, here: int, there: int) -> None:
-    """Continue all threads that are at one station and not yet at the next one, from each by as little as possible."""
+def _continue_threads(robot: Robot, stations: _Stations, threads: Floats, tilts: Floats, here: int, there: int) -> None:
+    """Continue threads that end at station ``here`` to station ``there``, by the nearest solutions."""
     rows = np.flatnonzero(np.isfinite(threads[:, here, 0]) & ~np.isfinite(threads[:, there, 0]))
     if not len(rows):
         return
-    seeds, target = threads[rows, here], stations.part(np.full(len(rows), there))
+    seeds, target = threads[rows, here], stations.select(np.full(len(rows), there))
     leaning = tilts[rows] if stations.cones[there] > 0 else np.eye(3)
-    q, _ = _solved(robot, target, (target.targets[:, :3, :3] @ leaning)[:, :, 2], seeds)
+    q, _ = _solve(robot, target, (target.targets[:, :3, :3] @ leaning)[:, :, 2], seeds)
     far = ~(np.abs(robot.difference(seeds, q)).max(axis=1) <= _FAR)
     q[far] = np.nan
     threads[rows, there] = q
 
 
-def _linked(robot: Robot, tube: Tube, stations: _Stations, threads: Floats) -> Ladder:
-    """The ladder of threads: arcs along each and to near solutions of others, as far as they are proven."""
+def _link_threads(robot: Robot, tube: Tube, stations: _Stations, threads: Floats) -> Ladder:
+    """Return the ladder of threads: proven arcs along each, and to near solutions of others."""
     s = len(stations.line)
-    nodes, number = _distinct(robot, threads)
+    nodes, number = _number_solutions(robot, threads)
     station = np.concatenate([np.full(len(rows), k) for k, rows in enumerate(nodes)])
     q = np.concatenate(nodes)
     along = tube.path.along[stations.line] + stations.share * tube.path.lengths[stations.line]
@@ -224,11 +226,11 @@ def _linked(robot: Robot, tube: Tube, stations: _Stations, threads: Floats) -> L
     alive = (number[:, :-1] >= 0) & (number[:, 1:] >= 0)
     own = np.unique(np.stack([number[:, :-1][alive], number[:, 1:][alive]], axis=1), axis=0)
     first = np.searchsorted(station, np.arange(s + 1))
-    return _with_arcs(ladder, own, _near_arcs(robot, q, first, own))
+    return _add_proven_arcs(ladder, own, _find_near_arcs(robot, q, first, own))
 
 
-def _distinct(robot: Robot, threads: Floats) -> tuple[list[Floats], Ints]:
-    """The distinct solutions (k, dof) of every station, and the number (t, s) of each thread's, -1 for none."""
+def _number_solutions(robot: Robot, threads: Floats) -> tuple[list[Floats], Ints]:
+    """Return the distinct solutions (k, dof) per station, and each thread's number (t, s), -1 for none."""
     t, s, _ = threads.shape
     number, nodes, count = np.full((t, s), -1, dtype=np.int64), [], 0
     for k in range(s):
@@ -241,78 +243,78 @@ def _distinct(robot: Robot, threads: Floats) -> tuple[list[Floats], Ints]:
     return nodes, number
 
 
-def _near_arcs(robot: Robot, q: Floats, first: Ints, own: Ints) -> Ints:
-    """Motions (m, 2) from each solution to the nearest ones at the next station that are none of its own threads'."""
-    found = []
+def _find_near_arcs(robot: Robot, q: Floats, first: Ints, own: Ints) -> Ints:
+    """Return motions (m, 2) from each solution to the nearest ones of other threads at the next station."""
+    blocks = []
     for low, middle, high in zip(first, first[1:], first[2:], strict=False):
         if middle == low or high == middle:
             continue
         away = np.linalg.norm(robot.difference(q[low:middle, None], q[None, middle:high]), axis=2)
         order = np.argsort(away, axis=1, kind="stable")[:, : _NEAR + 1]
-        found.append(np.stack([np.repeat(np.arange(low, middle), order.shape[1]), middle + order.ravel()], axis=1))
-    near = np.concatenate([*found, np.zeros((0, 2), dtype=np.int64)])
+        blocks.append(np.stack([np.repeat(np.arange(low, middle), order.shape[1]), middle + order.ravel()], axis=1))
+    near = np.concatenate([*blocks, np.zeros((0, 2), dtype=np.int64)])
     n = len(q)
     return near[~np.isin(near[:, 0] * n + near[:, 1], own[:, 0] * n + own[:, 1])]
 
 
-def _with_arcs(ladder: Ladder, own: Ints, near: Ints) -> Ladder:
-    """The ladder with those arcs that are proven to stay in the tube, those of threads halved where that helps."""
+def _add_proven_arcs(ladder: Ladder, own: Ints, near: Ints) -> Ladder:
+    """Return the ladder with the arcs that are proven in the tube; those of threads are halved if needed."""
     bound = ToolBound(ladder.robot)
-    near = near[_hopeful(ladder, bound, near)]
-    arcs = [near[_in_tube(ladder, bound, near)]]
+    near = near[_are_promising(ladder, bound, near)]
+    arcs = [near[_are_in_tube(ladder, bound, near)]]
     for _ in range(_HALVINGS):
         own = own[np.isfinite(ladder.q[own]).all(axis=(1, 2))]
-        good = _in_tube(ladder, bound, own)
+        good = _are_in_tube(ladder, bound, own)
         arcs.append(own[good])
         own = own[~good]
         if not len(own):
             break
-        ladder, own = _halved(ladder, own)
-    found = np.concatenate(arcs)
-    kept = np.zeros(len(ladder.q), dtype=bool)
-    kept[found] = True
-    order = np.flatnonzero(kept)[np.argsort(ladder.along[kept], kind="stable")]
+        ladder, own = _halve(ladder, own)
+    proven = np.concatenate(arcs)
+    used = np.zeros(len(ladder.q), dtype=bool)
+    used[proven] = True
+    order = np.flatnonzero(used)[np.argsort(ladder.along[used], kind="stable")]
     number = np.full(len(ladder.q), -1)
     number[order] = np.arange(len(order))
     parts = {name: getattr(ladder, name)[order] for name in ("q", "line", "share")}
-    return replace(ladder, arcs=number[found], **parts)
+    return replace(ladder, arcs=number[proven], **parts)
 
 
 def _motions(ladder: Ladder, arcs: Ints) -> Floats:
-    """(m, 2, dof) the coefficients of straight motions."""
+    """Return the coefficients (m, 2, dof) of straight motions."""
     a = ladder.q[arcs[:, 0]]
     return np.stack([a, ladder.robot.difference(a, ladder.q[arcs[:, 1]])], axis=1)
 
 
-def _hopeful(ladder: Ladder, bound: ToolBound, arcs: Ints) -> Bools:
-    """(m,) which motions do not leave their chord by far more than the tube allows."""
+def _are_promising(ladder: Ladder, bound: ToolBound, arcs: Ints) -> Bools:
+    """Return which motions (m,) have a bound near enough to the tube for a proof to be worth its time."""
     off, turned = bound(_motions(ladder, arcs)) if len(arcs) else (np.zeros(0), np.zeros(0))
     tube = ladder.tube.path.tube
     return (off <= _HOPELESS * tube.position) & (turned <= _HOPELESS * tube.angle)
 
 
-def _in_tube(ladder: Ladder, bound: ToolBound, arcs: Ints) -> Bools:
-    """(m,) which motions between neighbours are proven to stay in the tube."""
+def _are_in_tube(ladder: Ladder, bound: ToolBound, arcs: Ints) -> Bools:
+    """Return which motions (m,) between neighbours are proven to stay in the tube."""
     if not len(arcs):
         return np.zeros(0, dtype=bool)
     line = np.where(ladder.share[arcs[:, 0]] < 1.0, ladder.line[arcs[:, 0]], ladder.line[arcs[:, 1]])
     return ladder.tube.prove(bound, _motions(ladder, arcs), line[:, None])
 
 
-def _halved(ladder: Ladder, arcs: Ints) -> tuple[Ladder, Ints]:
-    """The ladder with a solution for the middle of each of ``arcs`` (m, 2), as far as there is one, and both halves."""
+def _halve(ladder: Ladder, arcs: Ints) -> tuple[Ladder, Ints]:
+    """Return the ladder with a solution for the middle of each of ``arcs`` (m, 2), if any, and the halves."""
     robot, (a, b) = ladder.robot, arcs.T
     line, share = (
         ladder.line[a],
         0.5 * (ladder.share[a] + np.where(ladder.line[b] > ladder.line[a], 1.0, ladder.share[b])),
     )
-    stations = _Stations.of(ladder.tube, line, share)
+    stations = _Stations.at_shares(ladder.tube, line, share)
     motions = _motions(ladder, arcs)
     seeds = motions[:, 0] + 0.5 * motions[:, 1]
     z = stations.targets[:, :3, 2]
     leaning = stations.cones > 0
     z[leaning] = Frame.tool(robot).poses(robot, seeds[leaning])[0][:, :, 2]
-    q, _ = _solved(robot, stations, z, seeds)
+    q, _ = _solve(robot, stations, z, seeds)
     size = np.abs(motions[:, 1]).max(axis=1)
     q[~(np.abs(robot.difference(seeds, q)).max(axis=1) <= size)] = np.nan
     new = len(ladder.q) + np.arange(len(q))

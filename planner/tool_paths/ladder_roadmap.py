@@ -1,4 +1,4 @@
-"""The ladder of a tool path as a roadmap, alone or behind a free one, and why it leads no farther."""
+"""The ladder of a tool path as a roadmap, alone or attached to a free one, and reasons for its end."""
 
 from collections import Counter
 from dataclasses import dataclass, replace
@@ -22,18 +22,18 @@ from planner.robot.robot import Robot
 from planner.tool_paths.ladder import Ladder, solutions_at
 from planner.tool_paths.tube import Tube
 
-NEW, LEFT_OUT = -1, -2  # what becomes of a ladder's nodes
-_STARTS = 300  # descents at a place that a reason is given for
+NEW, LEFT_OUT = -1, -2  # marks of a ladder's nodes for attach_ladder
+_STARTS = 300  # descents to explain a stop
 _CONES = (0.0, 0.05, 0.1, 0.2, 0.4, 0.8)  # rad
-_LOOKED_AT = 40  # solutions whose contacts are named
+_MOST_CONTACTS = 40  # solutions that are checked for contacts
 
 
 @dataclass(frozen=True, eq=False)
 class LadderProgress:
-    """What of a ``ladder`` is joined to its first rungs by motions that are free and above a floor.
+    """The part of a ``ladder`` that free motions above a floor connect to its first rungs.
 
-    The starts of ``roadmap`` are these, its goals the rungs farthest along the path; without any such motion it is the
-    robot's home alone, and has no goal. ``along`` (n,): where its nodes are, m along the path.
+    These rungs are the starts of ``roadmap``, its goals are the rungs farthest along the path. Without any such motion
+    it holds the robot's home alone, and has no goal. ``along`` (n,) m: the nodes' positions on the path.
     """
 
     ladder: Ladder
@@ -42,26 +42,26 @@ class LadderProgress:
 
     @property
     def share(self) -> float:
-        """Of the path's length."""
+        """The reached share of the path's length."""
         return float(self.along.max() / self.ladder.stations[-1])
 
     @property
     def whole(self) -> bool:
-        """Whether it leads to the end."""
+        """Whether the end is reached."""
         return self.share >= 1.0 - 1e-9
 
     @property
     def ends(self) -> Floats:
-        """(k, dof) as far as it comes; none where it does not begin."""
+        """(k, dof) the farthest rungs; none if the path cannot start."""
         return self.roadmap.nodes[self.roadmap.goals]
 
 
 def follow_ladder(
     ladder: Ladder, checker: CollisionChecker, floor: float, seed: int, progress: Progress = QUIET
 ) -> LadderProgress:
-    """The ladder's motions that are free and above a ``floor``, as far as they lead on from its begin."""
+    """Return the ladder's motions that are free and above ``floor``, as far as they lead from its start."""
     robot, along, arcs = ladder.robot, ladder.along, ladder.arcs
-    arcs = arcs[_on_the_way(along, arcs)]
+    arcs = arcs[_find_useful_arcs(along, arcs)]
     start = ladder.q[arcs[:, 0]]
     delta = robot.difference(start, ladder.q[arcs[:, 1]])
     proofs = EdgeProver(checker, progress, "proofs").prove(start, delta, contacts=False)
@@ -70,13 +70,13 @@ def follow_ladder(
         rows = np.flatnonzero(good)
         good[rows] = prove_floor(robot, np.stack([start, delta], axis=1)[rows], floor).holds
     arcs, rows = arcs[good], np.flatnonzero(good)
-    kept = _on_the_way(along, arcs)
-    if not kept.any():
+    useful = _find_useful_arcs(along, arcs)
+    if not useful.any():
         return LadderProgress(ladder, roadmap_of_nodes(checker, robot.home[None], seed), np.zeros(1))
-    arcs, rows = arcs[kept], rows[kept]
+    arcs, rows = arcs[useful], rows[useful]
     used = np.unique(arcs)
-    places = along[used]
-    first, last = places <= 1e-9, places >= places.max() - 1e-9
+    stations = along[used]
+    first, last = stations <= 1e-9, stations >= stations.max() - 1e-9
     order = np.concatenate([np.flatnonzero(first), np.flatnonzero(last), np.flatnonzero(~first & ~last)])
     number = np.full(len(along), -1)
     number[used[order]] = np.arange(len(order))
@@ -84,12 +84,12 @@ def follow_ladder(
     by_ends = np.lexsort((edges[:, 1], edges[:, 0]))
     ends, rows = (np.arange(first.sum()), first.sum() + np.arange(last.sum())), rows[by_ends]
     free = np.maximum(proofs.clearance[rows], 0.0), proofs.samples[rows]
-    made = _roadmap(checker, seed, ladder.q[used[order]], ends, edges[by_ends], *free)
-    return LadderProgress(ladder, made, places[order])
+    roadmap = _roadmap(checker, seed, ladder.q[used[order]], ends, edges[by_ends], *free)
+    return LadderProgress(ladder, roadmap, stations[order])
 
 
-def _on_the_way(along: Floats, arcs: Ints) -> Bools:
-    """(m,) the arcs that lie on a way from the path's beginning to what is farthest along it of all that is reached.
+def _find_useful_arcs(along: Floats, arcs: Ints) -> Bools:
+    """Return which arcs (m,) lie on a way from the path's start to the farthest rung that is reached.
 
     Rungs are sorted along the path.
     """
@@ -104,7 +104,7 @@ def _on_the_way(along: Floats, arcs: Ints) -> Bools:
 
 
 def roadmap_of_nodes(checker: CollisionChecker, nodes: Floats, seed: int) -> Roadmap:
-    """A roadmap of ``nodes`` (n, dof) alone, the first of them its start, for what is followed nowhere."""
+    """Return a roadmap of ``nodes`` (n, dof) without edges; the first is its start."""
     none = np.zeros(0, dtype=np.int64)
     return _roadmap(checker, seed, nodes, (np.zeros(1, np.int64), none), np.zeros((0, 2), np.int64), np.zeros(0), none)
 
@@ -118,7 +118,7 @@ def _roadmap(
     clearance: Floats,
     samples: Ints,
 ) -> Roadmap:
-    """The roadmap of proven edges, on a scale of its own."""
+    """Return the roadmap of proven edges, on a scale of its own."""
     robot, w = checker.robot, node_manipulability(checker.robot, nodes)
     measured = measure_edges(robot, nodes, edges, CostScale(1.0, 2.0, 1.0, 1.0, 0.01))
     scale = measure_scale(w, measured["joint_length"], measured["tool_length"])
@@ -130,17 +130,17 @@ def _roadmap(
 
 
 def attach_ladder(robot: Robot, roadmap: Roadmap, ladder: Roadmap, number: Ints) -> tuple[Roadmap, Ints]:
-    """The roadmap with the nodes of a ladder behind its own, on its scale, and the number (n,) that each has there.
+    """Return the roadmap with the nodes of a ladder after its own, and their numbers (n,) there.
 
-    ``number`` (n,) says which are the roadmap's own, by their numbers; NEW are the others, and LEFT_OUT those that are
-    not taken.
+    ``number`` (n,) holds the roadmap's numbers of nodes that it already has, NEW for others, and LEFT_OUT for those to
+    omit. The cost scale is the roadmap's.
     """
     n, new = len(roadmap.nodes), number == NEW
     number = np.where(new, n + np.cumsum(new) - 1, number)
-    kept = (number >= 0)[ladder.edges].all(axis=1)
-    edges = np.sort(number[ladder.edges[kept]], axis=1)
+    chosen = (number >= 0)[ladder.edges].all(axis=1)
+    edges = np.sort(number[ladder.edges[chosen]], axis=1)
     nodes = {name: np.concatenate([getattr(roadmap, name), getattr(ladder, name)[new]]) for name in NODE_ARRAYS}
-    arcs: dict[str, Any] = {name: getattr(ladder, name)[kept] for name in EDGE_ARRAYS} | {"edges": edges}
+    arcs: dict[str, Any] = {name: getattr(ladder, name)[chosen] for name in EDGE_ARRAYS} | {"edges": edges}
     arcs |= measure_edges(robot, nodes["nodes"], edges, roadmap.scale)
     joined = {name: np.concatenate([getattr(roadmap, name), arcs[name]]) for name in EDGE_ARRAYS}
     order = np.lexsort((joined["edges"][:, 1], joined["edges"][:, 0]))
@@ -150,70 +150,70 @@ def attach_ladder(robot: Robot, roadmap: Roadmap, ladder: Roadmap, number: Ints)
 def explain_stop(
     checker: CollisionChecker, ladder: Ladder, share: float, ends: Floats, floor: float | None = None
 ) -> CannotFollow:
-    """The reason why a path is not followed beyond a ``share`` of it, by the next station of its ladder.
+    """Return the reason why a path is not followed beyond a ``share`` of it, at the ladder's next station.
 
-    ``ends`` (k, dof) is where it ends; ``floor`` is one that lets it go on, where the one asked for is all that is in
-    the way.
+    The motion ends at ``ends`` (k, dof). ``floor`` is a lower one that allows the motion, if the requested floor is the
+    only obstacle.
     """
     robot, path, stations = ladder.robot, ladder.tube.path, ladder.stations
     beyond = stations[stations > share * stations[-1] + 1e-9] if len(ends) else stations[:1]
-    there = float(beyond[0]) if len(beyond) else float(stations[-1])
-    line = min(int(np.searchsorted(path.along, there - 1e-9)), len(path.along) - 1)
-    begun: dict[str, Any] = {"point": int(path.given[line]), "followed": share}
+    along = float(beyond[0]) if len(beyond) else float(stations[-1])
+    line = min(int(np.searchsorted(path.along, along - 1e-9)), len(path.along) - 1)
+    fields: dict[str, Any] = {"point": int(path.given[line]), "followed": share}
     if floor is not None:
-        return CannotFollow(cause="below_floor", reachable=floor, **begun)
-    q, miss = _solutions(robot, ladder.tube, there)
+        return CannotFollow(cause="below_floor", reachable=floor, **fields)
+    q, miss = _solutions(robot, ladder.tube, along)
     if not len(q):
-        begun |= {"cone": _cone(robot, ladder.tube, there)}
-        return _no_solution(robot, ladder.tube, there, miss, begun)
+        fields |= {"cone": _find_cone(robot, ladder.tube, along)}
+        return _explain_no_solution(robot, ladder.tube, along, miss, fields)
     constraints = checker.world.constraints
     kept = constraints.holds(q)
     if not kept.any():
         spare = max(constraints.spare(q), key=np.min)
         return CannotFollow(
-            cause="strays", between=(constraints.texts[spare.argmin()],), distance=float(-spare.min()), **begun
+            cause="strays", between=(constraints.texts[spare.argmin()],), distance=float(-spare.min()), **fields
         )
     q = q[kept]
-    contacts = [contact_at(checker, one) for one in q[:_LOOKED_AT]]
+    contacts = [contact_at(checker, one) for one in q[:_MOST_CONTACTS]]
     if all(contacts):
         named = Counter((found.first, found.second) for found in contacts if found)
-        return CannotFollow(cause="touching", between=named.most_common(1)[0][0], **begun)
+        return CannotFollow(cause="touching", between=named.most_common(1)[0][0], **fields)
     free = q[[k for k, found in enumerate(contacts) if found is None]]
     away = 0.0
     if len(ends):
         away = float(np.abs(robot.difference(ends[:, None], free[None])).max(axis=2).min())
-    return CannotFollow(cause="jump", distance=away, **begun)
+    return CannotFollow(cause="jump", distance=away, **fields)
 
 
 def _solutions(robot: Robot, tube: Tube, along: float) -> tuple[Floats, Floats]:
-    """Solutions (k, dof) at a place of the path, and by how much (m, rad) the nearest try misses it."""
+    """Return solutions (k, dof) ``along`` m of the path, and the error (m, rad) of the nearest try."""
     q, off = solutions_at(robot, tube, along, _STARTS, np.random.default_rng(0))
     return q[np.isfinite(q[:, 0])], off[(off[:, 0] + 0.1 * off[:, 1]).argmin()]
 
 
-def _no_solution(robot: Robot, tube: Tube, there: float, miss: Floats, begun: dict[str, Any]) -> CannotFollow:
-    """By how much it is out of reach, or which limits keep the arm from it."""
+def _explain_no_solution(robot: Robot, tube: Tube, along: float, miss: Floats, fields: dict[str, Any]) -> CannotFollow:
+    """Return the reason: joint limits, or the distance or angle out of reach."""
     wide = np.where(robot.prismatic, 10.0, 4.0 * np.pi)
     unlimited = replace(robot, lower=frozen(robot.lower - wide), upper=frozen(robot.upper + wide))
-    q, _ = _solutions(unlimited, tube, there)
+    q, _ = _solutions(unlimited, tube, along)
     if len(q):
         turned = np.where(robot.prismatic, q, np.mod(q - robot.lower, 2 * np.pi) + robot.lower)
         over = np.where(robot.continuous, 0.0, np.maximum(robot.lower - turned, turned - robot.upper))
         least = over[np.maximum(over, 0.0).sum(axis=1).argmin()]
         joints = tuple(name for name, more in zip(robot.joints, least, strict=True) if more > 0)
-        return CannotFollow(cause="beyond_limit", between=joints or robot.joints, **begun)
+        return CannotFollow(cause="beyond_limit", between=joints or robot.joints, **fields)
     if miss[0] > POSITION_TOLERANCE:
-        return CannotFollow(cause="out_of_reach", distance=float(miss[0]), **begun)
-    return CannotFollow(cause="turned", distance=float(miss[1]), **begun)
+        return CannotFollow(cause="out_of_reach", distance=float(miss[0]), **fields)
+    return CannotFollow(cause="turned", distance=float(miss[1]), **fields)
 
 
-def _cone(robot: Robot, tube: Tube, there: float) -> float | None:
-    """The narrowest cone (rad) with which solutions are found at a place; 0 where a free turn will do."""
+def _find_cone(robot: Robot, tube: Tube, along: float) -> float | None:
+    """Return the narrowest cone (rad) that has solutions there, 0 for a free turn; None without one."""
     path = tube.path
     n = len(path.positions)
     for cone in _CONES:
         if (cone > path.cones.max()) if cone else not path.free.any():
             wider = replace(path, free=np.ones(n, bool), cones=np.full(n, cone))
-            if len(_solutions(robot, replace(tube, path=wider), there)[0]):
+            if len(_solutions(robot, replace(tube, path=wider), along)[0]):
                 return cone
     return None

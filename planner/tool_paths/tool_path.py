@@ -1,4 +1,4 @@
-"""A tool path as arrays: straight lines of the tool between points, and how it may be turned on them."""
+"""A tool path as arrays: straight lines of the tool between points, and its orientation along them."""
 
 from __future__ import annotations
 
@@ -11,13 +11,13 @@ import numpy as np
 from planner.base.arrays import Bools, Floats, Ints, cumulative_sums, frozen, numbers
 from planner.base.errors import ArrayError
 
-_TURN = 0.05  # rad: by more the orientation does not change along one line, so that chords of rotations are near it
-SAGITTA = 0.1  # of the tube: what arcs may be off the lines that stand for them
-_FARTHEST = 20.0  # m: beyond any arm; points in millimetres are
-_SAME = 1e-6  # m: points nearer to each other are one
+_TURN = 0.05  # rad: largest turn along one line, so that chords of rotations are near it
+SAGITTA = 0.1  # of the tube: largest distance of arcs from their lines
+_FARTHEST = 20.0  # m: beyond any arm, as points in millimetres are
+_SAME = 1e-6  # m: closer points are the same
 _WIDEST = 1.5708  # rad, of a cone
-_TURNED = 1e-6  # by so much the entries of a rotation may be off
-_SPUN = 1e-9  # rad: a smaller turn about the z axis is rounding
+_TURNED = 1e-6  # tolerance of a rotation's entries
+_SPUN = 1e-9  # rad: a smaller turn about the z axis is rounding error
 _Z = np.array([0.0, 0.0, 1.0])
 POINT_ARRAYS = ("positions", "turns", "free", "cones", "given")
 _SIZES = {"position": (1e-6, 0.1, "m"), "angle": (1e-5, 0.5, "rad")}
@@ -25,7 +25,7 @@ _SIZES = {"position": (1e-6, 0.1, "m"), "angle": (1e-5, 0.5, "rad")}
 
 @dataclass(frozen=True)
 class TubeSize:
-    """How far the tool may be off its path: ``position`` (m), and ``angle`` (rad) of its orientation or its z axis."""
+    """Tolerances of a tool path: ``position`` (m), and ``angle`` (rad) of the orientation or the z axis."""
 
     position: float = 0.001
     angle: float = 0.0087
@@ -33,21 +33,19 @@ class TubeSize:
     def __post_init__(self) -> None:
         for name, (least, most, unit) in _SIZES.items():
             if not least <= getattr(self, name) <= most:
-                raise ArrayError(
-                    f"tube.{name} {getattr(self, name):g} {unit} is not usable: give one from {least:g} to {most:g}."
-                )
+                raise ArrayError(f"tube.{name} must be from {least:g} to {most:g} {unit}, got {getattr(self, name):g}.")
 
 
 @dataclass(frozen=True, eq=False)
 class ToolPath:
-    """Straight lines of the tool between points: ``positions`` (k, 3) m and ``turns`` (k, 3, 3) in the world.
+    """Lines of the tool between points: ``positions`` (k, 3) m and ``turns`` (k, 3, 3) in the world.
 
-    Where ``free`` (k,) the tool may turn about its z axis, which has to be within ``cones`` (k,) rad of that of
-    ``turns``; 0: within the tube's angle. Between two points position and orientation change evenly; the tool may turn
-    freely where it may at one of its ends, its z axis along the great arc, however it is turned about that at the other
-    end: that binds at the point alone. ``given`` (k,): the number of the point in the file, from 1, that each
-    belongs to, with which the line to it ends; :func:`planner.read_tool_path` reads one from a file. ``bend``: so far
-    (m) arcs may be off the lines that stand for them. Raises :class:`ArrayError` for what is no path.
+    Where ``free`` (k,) is true the tool may turn about its z axis, which has to be within ``cones`` (k,) rad of that of
+    ``turns``; 0 is the tube's angle. Position and orientation change linearly between two points. The tool may turn
+    freely on a line with a free end, its z axis along the great arc; the orientation at its other end binds at that
+    point alone. ``given`` (k,) is the number in the file, from 1, of the point at which the line to each point ends;
+    :func:`planner.read_tool_path` reads a file. ``bend`` (m) is the largest distance of arcs from their lines. Raises
+    :class:`ArrayError` for arrays that are no path.
     """
 
     name: str
@@ -67,13 +65,13 @@ class ToolPath:
             dtype = {"free": bool, "given": int}.get(name, float)
             object.__setattr__(self, name, frozen(numbers(name, values, shape), dtype))
         if k < 2:
-            raise ArrayError(f"a tool path of {k} points leads nowhere: give two at least.")
+            raise ArrayError(f"a tool path must have two points or more, got {k}: add points.")
         off = np.abs(self.turns @ np.swapaxes(self.turns, 1, 2) - np.eye(3)).max(axis=(1, 2))
         faults = (
-            (np.abs(self.positions).max(axis=1) > _FARTHEST, "point {} is beyond any arm's reach: mm? Give metres."),
-            (self.lengths < _SAME, "the position of point {} stands there twice: leave one out."),
-            (~((self.cones >= 0) & (self.cones <= _WIDEST)), "the cone of point {} must be up to 1.5708 rad."),
-            ((off > _TURNED) | (np.linalg.det(self.turns) < 0), "turns of point {} are no rotation, right-handed."),
+            (np.abs(self.positions).max(axis=1) > _FARTHEST, "point {} must be within 20 m: give metres, not mm."),
+            (self.lengths < _SAME, "point {} must differ from the next one: leave one out."),
+            (~((self.cones >= 0) & (self.cones <= _WIDEST)), "the cone of point {} must be from 0 to 1.5708 rad."),
+            ((off > _TURNED) | (np.linalg.det(self.turns) < 0), "turns of point {} must be a right-handed rotation."),
         )
         for wrong, text in faults:
             if wrong.any():
@@ -90,63 +88,63 @@ class ToolPath:
         return cumulative_sums(self.lengths)
 
     def rows(self, which: Ints | slice) -> dict[str, Any]:
-        """The arrays of some of its points."""
+        """Return the arrays of some of the points."""
         return {name: getattr(self, name)[which] for name in POINT_ARRAYS}
 
     @property
     def widths(self) -> Floats:
-        """(k,) rad that the z axis may be off at each point where the tool may turn about it."""
+        """(k,) rad of tolerance of the z axis at each point with a free turn."""
         return np.where(self.cones > 0, self.cones, self.tube.angle)
 
     @property
     def backwards(self) -> ToolPath:
-        """The same from its end to its beginning."""
+        """The path from its end to its start."""
         return replace(self, **self.rows(slice(None, None, -1)))
 
     def subdivide(self) -> ToolPath:
-        """The same with points between, so that on no line the orientation changes by more than 0.05 rad."""
+        """Return the path with points added, so that no line turns by more than 0.05 rad."""
         path = self._add_bound_lines()
-        line, share = path.divide(path.turned / _TURN)
+        line, share = path.divide(path.turn_angles / _TURN)
         position, turn, free, cone = path.at(line, share)
         turn[(share == 0) | (share == 1)] = path.turns
         given = path.given[np.where(share > 0, line + 1, line)]
         return replace(path, positions=position, turns=turn, free=free, cones=cone, given=given)
 
     def _add_bound_lines(self) -> ToolPath:
-        """The same with short bound lines at bound points between free ones, so that rounded corners keep the turn."""
+        """Return the path with short bound lines at bound points between free ones; corners keep the turn."""
         k = 1 + np.flatnonzero(~self.free[1:-1] & self.free[:-2] & self.free[2:])
         line, point = np.append(k - 1, k), np.append(k, k)
         share = np.minimum(2.0 * self.tube.position / self.lengths[line], 0.5)
         position, turn, _, _ = self.at(line, np.where(line < point, 1.0 - share, share))
         turn = align_z(turn[:, :, 2], self.turns[point])
-        made = dict(zip(POINT_ARRAYS, (position, turn, False, 0.0, self.given[line + 1]), strict=True))
-        return replace(self, **{name: np.insert(getattr(self, name), line + 1, made[name], axis=0) for name in made})
+        new = dict(zip(POINT_ARRAYS, (position, turn, False, 0.0, self.given[line + 1]), strict=True))
+        return replace(self, **{name: np.insert(getattr(self, name), line + 1, new[name], axis=0) for name in new})
 
     def divide(self, pieces: Floats) -> tuple[Ints, Floats]:
-        """Places of the path, by line and share (n,), that cut its lines into ``pieces`` (k - 1,) at least."""
+        """Return points, by line and share (n,), that cut the lines into at least ``pieces`` (k - 1,)."""
         count = np.maximum(np.ceil(pieces - 1e-9), 1).astype(np.int64)
         line = np.append(np.repeat(np.arange(len(count)), count), len(count) - 1)
         return line, np.append(np.concatenate([np.arange(n) / n for n in count]), 1.0)
 
     def at(self, line: Ints, share: Floats) -> tuple[Floats, Floats, Bools, Floats]:
-        """Positions (n, 3), turns (n, 3, 3), whether turning is free (n,), and cones (n,) on lines at a share (n,)."""
+        """Return positions (n, 3), turns (n, 3, 3), free turns (n,) and cones (n,) on lines at shares (n,)."""
         s, end, widths = share[:, None], line + 1, self.widths
         position = (1 - s) * self.positions[line] + s * self.positions[end]
         width = (1 - share) * widths[line] + share * widths[end]
         cone, free = np.where(self.cones[line] + self.cones[end] > 0, width, 0.0), self.free[line] | self.free[end]
-        for rows, point in ((share == 0, line), (share == 1, end)):  # a point allows what it says, whatever lines do
+        for rows, point in ((share == 0, line), (share == 1, end)):  # a point has its own tolerance
             free[rows], cone[rows] = self.free[point[rows]], self.cones[point[rows]]
-        turns = self.turns[line] @ rotate_about(self._axes[line], share * self.turned[line])
+        turns = self.turns[line] @ rotate_about(self._axes[line], share * self.turn_angles[line])
         return position, turns @ rotate_about(_Z, share * self._ends_and_spins[1][line]), free, cone
 
     @cached_property
-    def turned(self) -> Floats:
-        """(k - 1,) rad that the orientation turns evenly along each line, or the z axis where the tool turns freely."""
+    def turn_angles(self) -> Floats:
+        """(k - 1,) rad by which the orientation turns along each line, or the z axis if turns are free."""
         return rotation_angles(self.turns[:-1], self._ends_and_spins[0])
 
     @cached_property
     def _ends_and_spins(self) -> tuple[Floats, Floats]:
-        """Orientations (k - 1, 3, 3) at the ends of lines without the turn about z that is free; that turn (k - 1,)."""
+        """Orientations (k - 1, 3, 3) at the ends of lines without the free turn about z; that turn (k - 1,)."""
         least = np.swapaxes(align_z(self.turns[1:, :, 2], self.turns[:-1]), 1, 2) @ self.turns[1:]
         spin = np.arctan2(least[:, 1, 0], least[:, 0, 0])
         spin = np.where((self.free[:-1] | self.free[1:]) & (np.abs(spin) > _SPUN), spin, 0.0)
@@ -154,7 +152,7 @@ class ToolPath:
 
     @cached_property
     def _axes(self) -> Floats:
-        """(k - 1, 3) about which, in the frame of the line's begin."""
+        """(k - 1, 3) axes of the turns, in the frame of each line's start."""
         relative = np.swapaxes(self.turns[:-1], 1, 2) @ self._ends_and_spins[0]
         ahead, behind = relative[:, [2, 0, 1], [1, 2, 0]], relative[:, [1, 2, 0], [2, 0, 1]]
         size = np.linalg.norm(ahead - behind, axis=1)[:, None]
@@ -162,12 +160,12 @@ class ToolPath:
 
 
 def rotation_angles(a: Floats, b: Floats) -> Floats:
-    """The angles (n,) rad between rotations (n, 3, 3), exact for small ones."""
+    """Return the angles (n,) rad between rotations (n, 3, 3), accurate for small ones."""
     return 2.0 * np.arcsin(np.clip(np.sqrt(((a - b) ** 2).sum(axis=(1, 2)) / 8.0), 0.0, 1.0))
 
 
 def half_turn_axes(turns: Floats) -> Floats:
-    """The axes (n, 3) of rotations (n, 3, 3) that are half turns, or none at all."""
+    """Return the axes (n, 3) of rotations (n, 3, 3) that are half turns or identities."""
     spread = 0.5 * (turns + np.eye(3))
     column = np.argmax(np.einsum("nii->ni", spread), axis=1)
     axis = np.take_along_axis(spread, column[:, None, None], axis=2)[:, :, 0]
@@ -175,7 +173,7 @@ def half_turn_axes(turns: Floats) -> Floats:
 
 
 def rotate_about(axis: Floats, angle: Floats) -> Floats:
-    """Rotations (n, 3, 3) about unit axes (n, 3), or one (3,), by angles (n,) rad (Rodrigues)."""
+    """Return rotations (n, 3, 3) about unit axes (n, 3), or one (3,), by angles (n,) rad (Rodrigues)."""
     cross = np.zeros((len(angle), 3, 3))
     for i, j, k, sign in ((0, 1, 2, -1), (0, 2, 1, 1), (1, 0, 2, 1), (1, 2, 0, -1), (2, 0, 1, -1), (2, 1, 0, 1)):
         cross[:, i, j] = sign * axis[..., k]
@@ -183,7 +181,7 @@ def rotate_about(axis: Floats, angle: Floats) -> Floats:
 
 
 def align_z(z: Floats, like: Floats) -> Floats:
-    """Rotations (n, 3, 3) with the z axes ``z`` (n, 3), turned from ``like`` (n, 3, 3) by as little as that takes."""
+    """Return the rotations (n, 3, 3) with z axes ``z`` (n, 3) that are nearest to ``like`` (n, 3, 3)."""
     old = like[:, :, 2]
     axis = np.cross(old, z)
     sine, cosine = np.linalg.norm(axis, axis=1), (old * z).sum(axis=1)
@@ -192,10 +190,10 @@ def align_z(z: Floats, like: Floats) -> Floats:
 
 
 def arc_points(through: Floats, tube: float) -> tuple[Floats, Floats]:
-    """Points (n, 3) on the arc through three points (3, 3), and the angles (n,) from the first to each.
+    """Return points (n, 3) on the arc through three points (3, 3), and the angles (n,) from the first.
 
-    They are so near that lines between them are off the arc by a tenth of the tube at most; the middle one is among
-    them, the first one is not. ``ValueError`` where the three lie on a line.
+    Lines between them are off the arc by at most a tenth of the tube; they include the middle point, and not the first.
+    ``ValueError`` for three points on a line.
     """
     first, middle, last = through
     a, b = first - middle, last - middle
@@ -215,6 +213,6 @@ def arc_points(through: Floats, tube: float) -> tuple[Floats, Floats]:
     counts = [max(1, int(np.ceil(part / step))) for part in (to_middle, to_last - to_middle)]
     before, behind = (np.arange(1, count + 1) for count in counts)
     angles = np.append(to_middle * before / counts[0], to_middle + (to_last - to_middle) * behind / counts[1])
-    found = centre + radius * (np.cos(angles)[:, None] * x + np.sin(angles)[:, None] * y)
-    found[counts[0] - 1], found[-1] = middle, last
-    return found, angles
+    points = centre + radius * (np.cos(angles)[:, None] * x + np.sin(angles)[:, None] * y)
+    points[counts[0] - 1], points[-1] = middle, last
+    return points, angles

@@ -57,12 +57,12 @@ def test_approach_and_retreat_are_legs_along_the_tools_axis() -> None:
 @pytest.mark.parametrize(
     ("data", "part"),
     [
-        ({"points": POINTS[:1]}, "1 points"),
+        ({"points": POINTS[:1]}, "two points or more, got 1"),
         ({"points": with_point(position=[0.4, float("nan"), 0.3])}, "finite number"),
-        ({"points": [POINTS[0], POINTS[0]]}, "twice"),
-        ({"points": with_point(position=[400, 100, 300])}, "mm?"),
-        ({"points": [POINTS[0], {"position": [0.4, 0.1, 0.3], "quaternion": [0, 0, 0, 2]}]}, "length 2"),
-        ({"points": with_point(axis=[0, 0, -2])}, "length 2"),
+        ({"points": [POINTS[0], POINTS[0]]}, "must differ from the next one"),
+        ({"points": with_point(position=[400, 100, 300])}, "not mm"),
+        ({"points": [POINTS[0], {"position": [0.4, 0.1, 0.3], "quaternion": [0, 0, 0, 2]}]}, "got 2"),
+        ({"points": with_point(axis=[0, 0, -2])}, "got 2"),
         ({"points": POINTS, "tube": {"position": 0}}, "tube.position"),
         ({"points": [POINTS[0], {"position": [0.4, 0.1, 0.3], "cone": {"axis": [0, 0, -1], "angle": 3.49}}]}, "cone"),
         ({"points": with_point(quaternion=[0, 0, 0, 1])}, "one of quaternion, axis and cone"),
@@ -71,7 +71,7 @@ def test_approach_and_retreat_are_legs_along_the_tools_axis() -> None:
         ({"points": POINTS, "approach": -1}, "approach"),
         (
             {"points": [POINTS[0], {**POINTS[1], "via": "arc"}, {"position": [0.4, 0.3, 0.3], "axis": [0, 0, -1]}]},
-            "is no middle of an arc, as the three points"
+            "must be the middle of an arc, but the three points"
         ),
     ],
 )  # fmt: skip
@@ -118,7 +118,7 @@ def test_where_the_tool_turns_freely_its_axis_goes_along_the_great_arc() -> None
         points = [turned(rng, kind, [0.4, 0.1 * k, 0.3]) for k, kind in enumerate(kinds)]
         given = read_tool_path({"points": points})
         even = given.subdivide()
-        assert (even.turned <= 0.05 + 1e-9).all()
+        assert (even.turn_angles <= 0.05 + 1e-9).all()
         for line in np.flatnonzero(given.free[:-1] | given.free[1:]):
             for u in (0.0, 0.2, 0.7, 1.0):
                 z = great_arc(given.turns[line, :, 2], given.turns[line + 1, :, 2], u)

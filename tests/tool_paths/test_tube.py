@@ -136,4 +136,4 @@ def test_nothing_passes_a_quaternion_that_is_turned_otherwise(bend: float) -> No
         for way in (at[0] - at[1], at[2] - at[1]):
             for off in (0.0, 0.5, 0.9):
                 position = at[1] + off * size.position * way / np.linalg.norm(way)
-                assert (tube.spare(lines, rotation, position[None]).min(axis=2).max() >= 0) == inside
+                assert (tube.slack(lines, rotation, position[None]).min(axis=2).max() >= 0) == inside
