@@ -197,7 +197,7 @@ class Follower:
         record = ToolPathRecord(
             followed=share,
             points=int(self.path.given.max()),
-            largest_deviation=off.or_more(of_motion),
+            largest_deviation=off.max_with(of_motion),
             tube=self.path.tube,
             proven=bool(len(solved.path)) and (solved.trajectory is None or solved.trajectory.proven),
             first_unreachable=reason.point if isinstance(reason, CannotFollow) else None,
