@@ -1,1 +1,1 @@
-"""What every subpackage may use: arrays, errors, outcomes, requests, files, progress. Imports no other subpackage."""
+"""Arrays, errors, files, progress and resolutions for all other packages; imports none of them."""

@@ -1,11 +1,11 @@
-"""Array aliases, arithmetic on arrays and paths of rows, and what public functions ask of arrays.
+"""Array types, arithmetic on arrays and paths, and checks of the arrays that public functions take.
 
-Shapes stand in the docstrings that use the aliases.
+Docstrings that use the types give the shapes.
 
 :func:`product`, :func:`dot` and :func:`length` have the same last bits on every processor that a plan promises them
-for. NumPy leaves ``@`` and ``np.linalg`` to BLAS and LAPACK, which choose their code by the processor: of twenty kinds
-of products that planning asks for, eleven differed between OpenBLAS' code for AVX-512 and for AVX2, and one last bit
-can change the roadmap. Products that sum over three terms are left to ``@``: all code for FMA adds these up alike.
+for. NumPy leaves ``@`` and ``np.linalg`` to BLAS and LAPACK, which choose their code by the processor: eleven of twenty
+kinds of products in planning differed between the AVX-512 and the AVX2 code of OpenBLAS, and one last bit can change
+the roadmap. Sums of three terms use ``@``, as all code for FMA adds these in the same way.
 """
 
 import math
@@ -20,14 +20,14 @@ Floats: TypeAlias = NDArray[np.float64]
 Ints: TypeAlias = NDArray[np.int64]
 Bools: TypeAlias = NDArray[np.bool_]
 Shape: TypeAlias = tuple[int | str, ...]
-"""A text stands for any number of rows: ("n", 7)."""
+"""A text stands for any size: ("n", 7)."""
 Cost = TypeVar("Cost", float, Floats)
 
 _ROUNDED = 1e-12  # of a rotation
 
 
 def frozen(array: Any, dtype: Any = np.float64) -> NDArray[Any]:
-    """A read-only, contiguous array of the given dtype: a copy, except of an array that is one already."""
+    """Return a read-only, contiguous array of ``dtype``: a copy unless ``array`` is one already."""
     value = np.asarray(array)
     if value.dtype == dtype and value.flags.c_contiguous and not value.flags.writeable:
         return value
@@ -37,35 +37,35 @@ def frozen(array: Any, dtype: Any = np.float64) -> NDArray[Any]:
 
 
 def ranges(starts: Ints, counts: Ints) -> Ints:
-    """starts[k], starts[k] + 1, ... counts[k] of them, for every k in turn."""
+    """Return starts[k], starts[k] + 1, ..., counts[k] numbers for each k in turn."""
     ends = np.cumsum(counts)
     return np.repeat(starts - (ends - counts), counts) + np.arange(counts.sum())
 
 
 def cumulative_sums(values: Any) -> Any:
-    """The sums (n + 1,) of the first 0, 1, 2, ... of ``values`` (n,)."""
+    """Return the sums (n + 1,) of the first 0, 1, 2, ... of ``values`` (n,)."""
     values = np.asarray(values)
     return np.concatenate([np.zeros(1, dtype=values.dtype), np.cumsum(values)])
 
 
 def distinct_rows(rows: NDArray[Any]) -> tuple[Ints, Ints]:
-    """Of equal rows (n, k) the first: their indices (m,), rows ascending, and which of these each row is (n,)."""
+    """Return indices (m,) of the first of equal rows (n, k), sorted, and the group (n,) of each row."""
     _, first, which = np.unique(rows, axis=0, return_index=True, return_inverse=True)
     return first, which.ravel()
 
 
 def row_bytes(rows: Floats) -> list[bytes]:
-    """Every row (m, k) as its bytes: equal where all of its bits are."""
+    """Return the bytes of each row (m, k): equal if and only if all bits are."""
     return [row.tobytes() for row in rows]
 
 
 def product(a: Floats, b: Floats) -> Floats:
-    """``a @ b``, for b (k, n) or (k,) and a (..., k); several times slower where both are large."""
+    """Return ``a @ b`` for a (..., k) and b (k, n) or (k,); several times slower if both are large."""
     return np.einsum("...k,kn->...n", a, b) if b.ndim == 2 else np.einsum("...k,k->...", a, b)
 
 
 def dot(a: Floats, b: Floats) -> float:
-    """The inner product of two short vectors (k,)."""
+    """Return the inner product of two short vectors (k,)."""
     total = 0.0
     for x, y in zip(a.tolist(), b.tolist(), strict=True):
         total += x * y
@@ -73,35 +73,35 @@ def dot(a: Floats, b: Floats) -> float:
 
 
 def length(vector: Floats) -> float:
-    """The Euclidean norm of a short vector (k,)."""
+    """Return the Euclidean norm of a short vector (k,)."""
     return math.sqrt(dot(vector, vector))
 
 
 def combine_costs(beta: float, omega: Cost, distance: Cost) -> Cost:
-    """(1 - beta) omega + beta distance, eq. (finew): the trade-off that all costs of this planner are made by."""
+    """Return (1 - beta) omega + beta distance, eq. (finew): the trade-off of all costs."""
     return (1.0 - beta) * omega + beta * distance
 
 
 def lengths_of(path: Floats) -> Floats:
-    """The lengths (k - 1,) of the segments of a ``path`` (k, n)."""
+    """Return the lengths (k - 1,) of the segments of a ``path`` (k, n)."""
     return np.linalg.norm(np.diff(path, axis=0), axis=1)
 
 
 def lengths_along(path: Floats) -> Floats:
-    """How far (k,) each row of a ``path`` (k, n) is from its beginning, along it."""
+    """Return the length (k,) along a ``path`` (k, n) from its start to each row."""
     return cumulative_sums(lengths_of(path))
 
 
 def parts_of(lengths: Floats, longest: float) -> Ints:
-    """Into how many parts (m,) segments of ``lengths`` (m,) are cut so that none is longer than ``longest``."""
+    """Return the numbers of equal parts (m,) that cut ``lengths`` (m,) to at most ``longest`` each."""
     return np.maximum(1, np.ceil(lengths / longest)).astype(np.int64)
 
 
 def cut(path: Floats, parts: Ints, delta: Floats | None = None) -> Floats:
-    """``path`` (k, n) with segment i cut into ``parts[i]`` equal ones; its own rows stay as they are, to the bit.
+    """Cut segment i of a ``path`` (k, n) into ``parts[i]`` equal ones; its rows keep their bits.
 
-    Row ``parts[:i].sum()`` of the result is row i of ``path``. ``delta`` (k - 1, n): the motion along each segment,
-    where that is not the difference of its ends, as for joints that turn past pi.
+    Row ``parts[:i].sum()`` of the result is row i of ``path``. ``delta`` (k - 1, n) is the motion along each segment,
+    by default the difference of its ends; joints that turn past pi need another one.
     """
     delta = np.diff(path, axis=0) if delta is None else delta
     segment = np.repeat(np.arange(len(parts)), parts)
@@ -114,56 +114,57 @@ def cut(path: Floats, parts: Ints, delta: Floats | None = None) -> Floats:
 
 
 def plain_numbers(what: str, values: Any, error: type[PlannerError] = ArrayError) -> Floats:
-    """``values`` as float64, whatever their shape and size; ``error`` where they are no numbers."""
+    """Return ``values`` as float64 of any shape; raise ``error`` unless they are numbers."""
     try:
         given = np.asarray(values)
         if given.dtype.kind in "fiu" or (given.dtype.kind == "O" and not any(map(_is_text, given.flat))):
             return given.astype(np.float64, copy=False)
     except (TypeError, ValueError, OverflowError):
         pass
-    raise error(f"{what} is no array of numbers: give integers or floats.")
+    raise error(f"{what} must be an array of numbers, got {type(values).__name__}: give integers or floats.")
 
 
 def numbers(
     what: str, values: Any, shape: Shape, error: type[PlannerError] = ArrayError, most: float = np.inf
 ) -> Floats:
-    """``values`` as float64 of a ``shape``, finite and within ``most`` of 0; not copied where they are that already.
+    """Return ``values`` as float64 of a ``shape``, finite and within ``most`` of 0, uncopied if possible.
 
-    Otherwise ``error``, in one sentence that names ``what`` they are. For arrays that enter a public function.
+    Raises ``error`` otherwise, with ``what`` as the name of the values. For arrays that enter a public function.
     """
     array = plain_numbers(what, values, error)
-    alike = len(array.shape) == len(shape) and all(
+    is_alike = len(array.shape) == len(shape) and all(
         isinstance(wanted, str) or size == wanted for size, wanted in zip(array.shape, shape, strict=True)
     )
-    if not alike:
+    if not is_alike:
         wanted = f"({', '.join(map(str, shape))}{',' if len(shape) == 1 else ''})"
-        raise error(f"{what} has shape {array.shape}: give an array of shape {wanted}.")
+        raise error(f"{what} must have shape {wanted}, got {array.shape}: give such an array.")
     fits = np.isfinite(array) & (np.abs(array) <= most)
     if not fits.all():
-        limit = "" if most == np.inf else f", no farther than {most:g} from 0"
-        _refuse(what, array, fits, f"every number has to be finite{limit}", error)
+        limit = "" if most == np.inf else f" and within {most:g} of 0"
+        _refuse(what, array, fits, f"finite{limit}", error)
     return array
 
 
 def indices(what: str, values: Any, shape: Shape, count: int, error: type[PlannerError] = ArrayError) -> Ints:
-    """``values`` as int64 of a ``shape``, from 0 to ``count`` - 1; otherwise as :func:`numbers`."""
+    """Return ``values`` as int64 of a ``shape``, each from 0 to ``count`` - 1; raise as :func:`numbers`."""
     given = numbers(what, values, shape, error)
     fits = (given >= 0) & (given < count) & (given == np.floor(given))
     if not fits.all():
-        _refuse(what, given, fits, f"give whole numbers from 0 to {count - 1}", error)
+        _refuse(what, given, fits, f"a whole number from 0 to {count - 1}", error)
     return given.astype(np.int64)
 
 
 def placement(what: str, values: Any, error: type[PlannerError] = ArrayError, most: float = np.inf) -> Floats:
-    """``values`` as a rigid placement (4, 4): rotation, position, and 0 0 0 1 below; otherwise as :func:`numbers`.
+    """Return ``values`` as a rigid placement (4, 4): rotation, position, last row 0 0 0 1.
 
-    A rotation that is rounded, by 1e-6 at most, becomes the nearest one: scaled bodies would be other bodies.
+    A rotation that is off by at most 1e-6, as by rounding, becomes the nearest one, because a placement must not scale
+    a body. Raises as :func:`numbers`.
     """
     array = numbers(what, values, (4, 4), error, most)
     turn, last = array[:3, :3], np.array([0.0, 0.0, 0.0, 1.0])
     off = np.abs(turn @ turn.T - np.eye(3)).max()
     if off > 1e-6 or np.linalg.det(turn) <= 0 or np.abs(array[3] - last).max() > 1e-9:
-        raise error(f"{what} is not rigid: give a (4, 4) placement, as planner.pose makes it.")
+        raise error(f"{what} must be a rigid (4, 4) placement: make it by planner.pose.")
     if off > _ROUNDED:
         left, _, right = np.linalg.svd(turn)
         array = frozen(np.vstack([np.column_stack([left @ right, array[:3, 3]]), last]))
@@ -171,15 +172,15 @@ def placement(what: str, values: Any, error: type[PlannerError] = ArrayError, mo
 
 
 def is_placement(value: object) -> bool:
-    """Whether ``value`` is an array (4, 4), or what NumPy takes for one, as ``pinocchio.SE3``; lists are not."""
+    """Return whether ``value`` is an array (4, 4) or converts to one, as ``pinocchio.SE3``, not a list."""
     return hasattr(value, "__array__") and np.shape(value) == (4, 4)  # type: ignore[call-overload]
 
 
 def _is_text(value: Any) -> bool:
-    return isinstance(value, bool | str | bytes)  # NumPy makes numbers of true, and of "0_3"
+    return isinstance(value, bool | str | bytes)  # NumPy would convert True and "0_3"
 
 
-def _refuse(what: str, array: Floats, fits: Bools, remedy: str, error: type[PlannerError]) -> NoReturn:
+def _refuse(what: str, array: Floats, fits: Bools, rule: str, error: type[PlannerError]) -> NoReturn:
     at = tuple(int(k) for k in np.argwhere(~fits)[0])
     where = f"[{', '.join(map(str, at))}]" if at else ""
-    raise error(f"{what}{where} is {array[at]:g}: {remedy}.")
+    raise error(f"{what}{where} must be {rule}, got {array[at]:g}.")

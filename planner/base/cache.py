@@ -1,7 +1,6 @@
-"""Content hashes, and arrays that took time to compute, kept under such a hash in the user's cache folder.
+"""Content hashes, and a cache of computed arrays under such hashes in the user's cache folder.
 
-A file that cannot be read counts as missing: the arrays are computed again. A cache that cannot be written costs only
-time.
+A file that cannot be read counts as missing, and the arrays are computed again. Errors of writing are ignored.
 """
 
 import contextlib
@@ -23,7 +22,7 @@ _VERSION = 3  # of the files
 
 
 def content_hash(values: Iterable[Any]) -> str:
-    """SHA-256 (hex) over arrays (dtype, shape and bytes) and plain values (their repr): the same on every machine."""
+    """Return SHA-256 (hex) over arrays and plain values (their repr), equal on every machine."""
     digest = hashlib.sha256()
     for value in values:
         data = b""
@@ -35,9 +34,9 @@ def content_hash(values: Iterable[Any]) -> str:
     return digest.hexdigest()
 
 
-def load_or_compute(kind: str, made_of: Iterable[Any], make: Callable[[], Arrays]) -> Arrays:
-    """The read-only arrays that ``make`` returns, from the cache where it ran before on the same ``made_of``."""
-    path = cache_folder() / kind / f"{content_hash([_VERSION, *made_of])}.npz"
+def load_or_compute(kind: str, inputs: Iterable[Any], make: Callable[[], Arrays]) -> Arrays:
+    """Return the read-only arrays of ``make``, from the cache if it ran before on the same ``inputs``."""
+    path = cache_folder() / kind / f"{content_hash([_VERSION, *inputs])}.npz"
     arrays = None
     with contextlib.suppress(*DAMAGE), np.load(path, allow_pickle=False) as archive:  # zip checks the content (CRC)
         arrays = dict(archive)
@@ -53,9 +52,9 @@ def load_or_compute(kind: str, made_of: Iterable[Any], make: Callable[[], Arrays
 
 
 def cache_folder() -> Path:
-    """The planner's folder below XDG_CACHE_HOME, or below ~/.cache where that is not an absolute path.
+    """Return the planner's folder below XDG_CACHE_HOME, or below ~/.cache if that is not an absolute path.
 
-    Without a home it is below a device, where nothing can be kept, rather than in the working directory.
+    Without a home the folder is below a device, where no file can be written, not in the working directory.
     """
     named = os.environ.get("XDG_CACHE_HOME", "")
     folder = Path(named if os.path.isabs(named) else os.path.expanduser("~/.cache"))

@@ -1,4 +1,4 @@
-"""Captures text that C and C++ libraries print, and the lock around what belongs to the whole process."""
+"""Capture of the text that C and C++ libraries print, and the lock of state of the process."""
 
 from __future__ import annotations
 
@@ -13,20 +13,20 @@ import threading
 from planner.base.interrupts import standard_error
 
 PROCESS = threading.RLock()
-"""Held around each change of what the process has once: its streams, warnings' filters, OMPL's seeds. Never long."""
+"""Held, for a short time, around changes of streams, filters of warnings and OMPL's seeds."""
 _log = logging.getLogger(__name__)
 
 
 class CapturedOutput:
-    """Captures the process's standard output and error while entered; the debug log has the text.
+    """Captures standard output and error of the process inside the block, and logs the text at DEBUG.
 
-    with Silenced() as printed:
+    with Silenced() as output:
         model = library.load(path)
-    printed.text
+    output.text
     """
 
     def __init__(self) -> None:
-        self.text = ""  # complete once left
+        self.text = ""  # complete after the block
         self._stack = contextlib.ExitStack()
 
     def __enter__(self) -> CapturedOutput:
@@ -52,7 +52,7 @@ class CapturedOutput:
             _log.debug("a library printed: %s", self.text)
 
     def first_error(self) -> str:
-        """The first error up to its first full stop, empty without one: "Error:   joint 'j' is not unique. at line"."""
+        """Return the first line with "Error:", up to its first full stop; else an empty text."""
         lines = (line.strip() for line in self.text.splitlines())
         line = next((line for line in lines if line.startswith("Error:")), "")
         return line.removeprefix("Error:").strip().partition(". ")[0].rstrip(".")[:200]

@@ -1,6 +1,6 @@
-"""One base for every error this package raises, notes on input, and text for messages.
+"""The errors that this package raises, notes on input, and text for messages.
 
-A message is one sentence built from the data: what is wrong, where, and the remedy.
+A message is one sentence built from the data: the fault, its place and the remedy.
 """
 
 import importlib
@@ -15,31 +15,31 @@ _LONGEST_NAME, _MOST_NAMES = 200, 50  # characters, names: a sentence stays one
 
 @dataclass(frozen=True)
 class Reason:
-    """Base of all reasons: a class is what ``plan.json`` holds of it, and its attributes' docstrings the schema."""
+    """Base of all reasons: ``plan.json`` holds the fields, and their docstrings are the schema."""
 
     __pydantic_config__: ClassVar = {"extra": "allow", "allow_inf_nan": False, "use_attribute_docstrings": True}
 
     kind: str = field(kw_only=True)
 
     def to_dict(self) -> dict[str, Any]:
-        """The kind, then the other fields as plain data."""
+        """Return the kind, then the other fields, as plain data."""
         return asdict(self)
 
     @property
     def names(self) -> frozenset[str]:
-        """The links and obstacles that it blames: a page draws them red."""
+        """The links and obstacles at fault, which a page draws red."""
         return frozenset(getattr(self, "obstacles", ()))
 
     @property
     def sentence(self) -> str:
-        """The reason and a remedy; empty where the error that carries the reason says both."""
+        """The reason and a remedy; empty if the message of the error has both."""
         return ""
 
 
 class PlannerError(Exception):
-    """Anything that needs the robot, the scene or the disk to judge, and was judged unusable.
+    """Base of the errors of this package: robot, scene, state or file cannot be used.
 
-    ``reason`` says why as data, where there is such a thing to say: what touches, which limit is broken.
+    ``reason`` is the cause as data, or None: a contact, a limit that is exceeded.
     """
 
     exit_code = 3
@@ -50,21 +50,21 @@ class PlannerError(Exception):
 
 
 class OptionError(PlannerError):
-    """A number or a name outside an option's own range: wrong whatever the robot or the scene."""
+    """A value outside an option's own range, for any robot or scene."""
 
     exit_code = 2
 
 
 class KeywordError(OptionError, TypeError):
-    """An option of a name that a function does not know."""
+    """An option that a function does not have."""
 
 
 class RobotError(PlannerError):
-    """A robot that cannot be found or loaded, or a frame or joint that it does not have."""
+    """A robot that cannot be found or loaded, or a frame or joint that it lacks."""
 
 
 class SceneError(PlannerError):
-    """A scene that cannot be found or read, or an obstacle that makes no sense."""
+    """A scene that cannot be found or read, or an obstacle that cannot be used."""
 
 
 class StateError(PlannerError):
@@ -72,23 +72,23 @@ class StateError(PlannerError):
 
 
 class FileError(PlannerError):
-    """A file that is missing, damaged, foreign, or cannot be written."""
+    """A file that is missing, damaged, of another format, or cannot be written."""
 
 
 class ArrayError(PlannerError, ValueError):
-    """An array of another shape than a function takes, or with values that it cannot use."""
+    """An array of a wrong shape, or with values that a function cannot use."""
 
 
 class AssumptionError(PlannerError):
-    """An assumption of the paper that the given data breaks: the theorem would not hold."""
+    """Data that break an assumption of the paper, without which the theorem does not hold."""
 
 
 class InstallationError(PlannerError):
-    """A part of the planner itself that is missing or of another version."""
+    """A package that is missing or of another version."""
 
 
 def require_extra(module: str, extra: str) -> Any:
-    """A module that the ``extra`` of this package brings; :class:`InstallationError` names that where it is missing."""
+    """Import a module of an ``extra`` of this package; :class:`InstallationError` if it is missing."""
     try:
         return importlib.import_module(module)
     except ImportError as error:
@@ -98,20 +98,20 @@ def require_extra(module: str, extra: str) -> Any:
 
 @dataclass(frozen=True)
 class Note:
-    """A sentence about a model or a file; ``grave`` where a plan may well be wrong because of it."""
+    """A sentence about a model or a file; ``grave`` if a plan may be wrong because of it."""
 
     text: str
     grave: bool = True
 
 
 def log_notes(*notes: str) -> None:
-    """Log notes that a result holds too: at DEBUG, as a library's caller reads them there."""
+    """Log notes at DEBUG: a caller of the library reads them in the result."""
     for note in notes:
         logging.getLogger(LOGGER).debug("%s", note)
 
 
 def format_quantity(value: float, unit: str) -> str:
-    """A length or an angle, 0 or more, with three digits in a unit in which it does not look like zero."""
+    """Return a length or an angle >= 0 as text, with three digits and an SI prefix."""
     for least, size, prefix in ((0.1, 1.0, ""), (1e-3, 1e-3, "m"), (1e-6, 1e-6, "µ"), (1e-9, 1e-9, "n")):
         if value >= least:
             return f"{value / size:.3g} {prefix}{unit}"
@@ -119,14 +119,14 @@ def format_quantity(value: float, unit: str) -> str:
 
 
 def choices(names: Iterable[object]) -> str:
-    """The valid choices as they stand in an error message: "a, b, c"; of very long names and lists their beginning."""
+    """Return names for a message: "a, b, c"; long names and lists are cut."""
     listed = [str(name)[:_LONGEST_NAME] for name in names]
     more = f" and {len(listed) - _MOST_NAMES} more" if len(listed) > _MOST_NAMES else ""
     return ", ".join(listed[:_MOST_NAMES]) + more or "none"
 
 
-def printable(text: str, keep: str = "") -> str:
-    """``text`` with what is not printable escaped, so that no name steers a terminal; ``keep`` stays as it is."""
+def printable(text: str, allowed: str = "") -> str:
+    """Return ``text`` with control characters escaped, except ``allowed``, to protect the terminal."""
     if text.isprintable():
         return text
-    return "".join(c if c.isprintable() or c in keep else c.encode("unicode_escape").decode() for c in text)
+    return "".join(c if c.isprintable() or c in allowed else c.encode("unicode_escape").decode() for c in text)

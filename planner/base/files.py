@@ -1,4 +1,4 @@
-"""Atomic writes: a crash at any moment leaves either the old file or the new one, complete."""
+"""Atomic writes: after a crash either the old file or the new one is complete."""
 
 import contextlib
 import errno
@@ -26,7 +26,7 @@ _UNFINISHED = ".unfinished"
 
 @contextlib.contextmanager
 def _writing(what: object, *more: type[Exception]) -> Iterator[None]:
-    """An error of the system, or one of ``more``, becomes a :class:`FileError`."""
+    """Raise :class:`FileError` for an error of the system, or one of ``more``."""
     try:
         yield
     except (OSError, *more) as error:
@@ -35,7 +35,7 @@ def _writing(what: object, *more: type[Exception]) -> Iterator[None]:
 
 
 def write_whole(path: Path, content: bytes) -> None:
-    """Write ``content`` under a temporary name, then rename; on a :class:`FileError` an old file is untouched."""
+    """Write ``content`` under a temporary name, then rename; a :class:`FileError` keeps the old file."""
     temporary = path.with_name(f".{path.name}.{secrets.token_hex(4)}{_UNFINISHED}")
     with _writing(path, ValueError):
         try:
@@ -49,14 +49,14 @@ def write_whole(path: Path, content: bytes) -> None:
 
 
 def write_json(path: Path, record: dict[str, Any]) -> None:
-    """Write ``record`` as :func:`write_whole` does; ValueError for a number that is not finite."""
+    """Write ``record`` by :func:`write_whole`; ValueError for a number that is not finite."""
     write_whole(path, (json_text(record) + "\n").encode())
 
 
 def json_text(value: Any, begin: str = "\n") -> str:
-    """JSON with a line for each key, and one for each array that holds neither arrays nor objects.
+    """Return JSON with a line per key, and one per array that holds neither arrays nor objects.
 
-    Raises ValueError for a number that is not finite. A line ends with ``begin``, which is how the next one begins.
+    Raises ValueError for a number that is not finite. ``begin`` is a line break with the indent of the next line.
     """
     inner = begin + " "
     if isinstance(value, dict) and value:
@@ -69,15 +69,15 @@ def json_text(value: Any, begin: str = "\n") -> str:
 
 @contextlib.contextmanager
 def stage_files(folder: Path, names: Sequence[str]) -> Iterator[Path]:
-    """A temporary folder whose files of these ``names`` replace those in ``folder`` once all are complete.
+    """Yield a temporary folder; its files of these ``names`` replace those in ``folder`` at the end.
 
-    The files are renamed in the order of the names, and a file that was not written is removed from ``folder``. After
-    an error ``folder`` is as it was. Raises :class:`FileError` where one of the places cannot be written.
+    The files are renamed in the order of ``names``; a name that was not written is removed from ``folder``. After an
+    error ``folder`` is unchanged. Raises :class:`FileError` if a file cannot be written.
     """
     make_folder(folder)
     taken = next((folder / name for name in names if os.path.isdir(folder / name)), None)
     if taken is not None:
-        raise FileError(f"{taken} is a folder, and a file is to be written there: move it, or choose another place.")
+        raise FileError(f"{taken} must be a file, got a folder: move it, or choose another place.")
     with _writing(folder), tempfile.TemporaryDirectory(prefix=".", suffix=_UNFINISHED, dir=folder) as inner:
         try:
             yield Path(inner)
@@ -91,23 +91,23 @@ def stage_files(folder: Path, names: Sequence[str]) -> Iterator[Path]:
 
 
 def require_writable_folder(folder: Path) -> None:
-    """Check that ``folder``, or the first above it that is there, can be written; :class:`FileError` if not."""
+    """Raise :class:`FileError` unless ``folder``, or its nearest parent that exists, can be written."""
     with _writing(f"folder {folder}", ValueError):
-        there = next(part for part in (folder.absolute(), *folder.absolute().parents) if os.path.lexists(part))
-        if not there.is_dir():
-            raise NotADirectoryError(errno.ENOTDIR, f"{there} is no folder")
-        if not os.access(there, os.W_OK | os.X_OK):
-            raise PermissionError(errno.EACCES, f"no permission in {there}")
+        existing = next(each for each in (folder.absolute(), *folder.absolute().parents) if os.path.lexists(each))
+        if not existing.is_dir():
+            raise NotADirectoryError(errno.ENOTDIR, f"{existing} is not a folder")
+        if not os.access(existing, os.W_OK | os.X_OK):
+            raise PermissionError(errno.EACCES, f"no permission in {existing}")
 
 
 def require_writable_file(path: Path) -> None:
-    """Check that ``path`` can be written, before any work is done; :class:`FileError` if not."""
+    """Raise :class:`FileError` unless ``path`` can be written."""
     if os.path.exists(path) and not os.path.isfile(path):  # a rename would replace a device: /dev/full, a pipe
         raise FileError(f"{path} is a {'folder' if os.path.isdir(path) else 'device'}: give the name of a file.")
     require_writable_folder(path.parent)
 
 
 def make_folder(folder: Path) -> None:
-    """Make ``folder`` and its parents; :class:`FileError` if that cannot be done."""
+    """Make ``folder`` and its parents; :class:`FileError` if that is impossible."""
     with _writing(f"folder {folder}", ValueError):
         folder.mkdir(parents=True, exist_ok=True)

@@ -1,4 +1,4 @@
-"""Ctrl-C and SIGTERM: as a request to stop and save, or as the end of the process where nothing is to be saved."""
+"""Ctrl-C and SIGTERM: a request to stop and save, or the end of a process with nothing to save."""
 
 from __future__ import annotations
 
@@ -14,20 +14,19 @@ from planner.base.errors import printable
 INTERRUPTED = 130  # the exit code, as shells have it
 NOTHING_TO_SAVE = "stopping; there is nothing to save."
 stop_requests: list[Callable[[], bool]] = []
-"""Who can tell whether SIGINT has asked for a stop: those that take it for a request at the moment."""
+"""Functions that return whether SIGINT requested a stop; compiled functions call them."""
 standard_error = [2]
-"""File descriptors of standard error, the last one the user's: number 2 leads elsewhere while it is longer than one."""
+"""File descriptors of standard error; the last one is the user's, as number 2 may be redirected."""
 _SAVING = (
-    "stopping, saving what there is (Ctrl-C twice more: leave without saving).",
-    "still saving (Ctrl-C once more: leave without saving).",
+    "stopping, saving what there is (Ctrl-C two more times: leave without saving).",
+    "still saving (Ctrl-C again: leave without saving).",
 )
 
 
 def write_message(sentence: str, lines: int = 1) -> None:
-    """A line on standard error from a signal handler, which must not touch Python's own buffers.
+    """Write a line on standard error from a signal handler, which must not touch Python's buffers.
 
-    On a terminal it takes the place of the line the cursor is on, and is followed by as many ``lines`` as are drawn
-    anew above the cursor.
+    On a terminal the line replaces that of the cursor; empty ``lines`` follow, which progress bars draw over.
     """
     number = standard_error[-1]
     on_terminal, sentence = os.isatty(number), printable(sentence)
@@ -37,7 +36,7 @@ def write_message(sentence: str, lines: int = 1) -> None:
 
 
 def leave(sentence: str = NOTHING_TO_SAVE) -> None:
-    """End the process now. No exception: one must not fly through C++, nor through a module that is half loaded."""
+    """End the process now, without an exception, which must not pass C++ or a module that is loading."""
     write_message(sentence)
     if os.isatty(number := standard_error[-1]):
         os.write(number, b"\x1b[?25h")  # progress bars hide the cursor
@@ -45,13 +44,13 @@ def leave(sentence: str = NOTHING_TO_SAVE) -> None:
 
 
 def leave_on_interrupt(sentence: str = NOTHING_TO_SAVE) -> None:
-    """From now on SIGINT ends the process with ``sentence``."""
+    """Let SIGINT end the process with ``sentence`` from now on."""
     signal.signal(signal.SIGINT, lambda number, frame: leave(sentence))
 
 
 @contextmanager
 def exit_on_interrupt(sentence: str) -> Iterator[None]:
-    """While entered SIGINT ends the process with ``sentence``: for work after all is saved. In the main thread."""
+    """Let SIGINT end the process with ``sentence`` inside the block; for the main thread, after saving."""
     before = signal.getsignal(signal.SIGINT)
     leave_on_interrupt(sentence)
     try:
@@ -61,13 +60,13 @@ def exit_on_interrupt(sentence: str) -> Iterator[None]:
 
 
 @contextmanager
-def catch_signals(asked: threading.Event, sentence: str) -> Iterator[None]:
-    """SIGINT and SIGTERM set ``asked``; where it is set already they end the process, with a ``sentence``."""
+def catch_signals(stop: threading.Event, sentence: str) -> Iterator[None]:
+    """Let SIGINT and SIGTERM set ``stop``, and end the process with ``sentence`` if it is set."""
 
     def handle(number: int, frame: object) -> None:
-        if asked.is_set():
+        if stop.is_set():
             leave(sentence)
-        asked.set()
+        stop.set()
 
     before = {number: signal.signal(number, handle) for number in (signal.SIGINT, signal.SIGTERM)}
     try:
@@ -78,10 +77,10 @@ def catch_signals(asked: threading.Event, sentence: str) -> Iterator[None]:
 
 
 class StopRequest:
-    """While entered, SIGINT only sets a flag and says so; calling the object tells whether the flag is set.
+    """A flag that SIGINT sets inside the block; calling the object returns the flag.
 
-    As long as the flag was never read there is nothing to save, and SIGINT does what it did before. The second one
-    says to wait, the third ends the process. ``drawn`` tells how many lines of progress are on the terminal.
+    Before the first call there is nothing to save, and SIGINT acts as before. The second SIGINT prints that saving
+    goes on, the third ends the process. ``drawn`` returns the number of progress lines on the terminal.
     """
 
     def __init__(self, drawn: Callable[[], int] = lambda: 1) -> None:
@@ -89,18 +88,18 @@ class StopRequest:
 
     def __call__(self) -> bool:
         self._called = True
-        return self._pressed()
+        return self._is_set()
 
     def __enter__(self) -> StopRequest:
         self._previous = signal.signal(signal.SIGINT, self._handle)
-        stop_requests.append(self._pressed)
+        stop_requests.append(self._is_set)
         return self
 
     def __exit__(self, *_: object) -> None:
         signal.signal(signal.SIGINT, self._previous)
-        stop_requests.remove(self._pressed)
+        stop_requests.remove(self._is_set)
 
-    def _pressed(self) -> bool:
+    def _is_set(self) -> bool:
         return self._presses > 0
 
     def _handle(self, number: int, frame: object) -> None:

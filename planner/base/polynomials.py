@@ -1,6 +1,6 @@
-"""Polynomial pieces q(s) = sum_k c_k s^k on [0, 1]: values, derivatives, parts, Bernstein bounds.
+"""Polynomials q(s) = sum_k c_k s^k on [0, 1]: values, derivatives, restrictions, Bernstein bounds.
 
-Coefficients are arrays (n, degree + 1, dof), ascending powers of s along axis 1; n pieces are worked on at once.
+Coefficients are arrays (n, degree + 1, dof) of n polynomials, ascending powers of s along axis 1.
 """
 
 from functools import cache
@@ -12,7 +12,7 @@ from planner.base.arrays import Floats, frozen
 
 
 def evaluate(coefficients: Floats, s: Floats) -> Floats:
-    """Values (n, dof) of n pieces, each at its own s (n,)."""
+    """Return the values (n, dof) of n polynomials, each at its own s (n,)."""
     value = coefficients[:, -1]
     for k in range(coefficients.shape[1] - 2, -1, -1):
         value = value * s[:, None] + coefficients[:, k]
@@ -20,7 +20,7 @@ def evaluate(coefficients: Floats, s: Floats) -> Floats:
 
 
 def derivative(coefficients: Floats, order: int = 1) -> Floats:
-    """Coefficients of the derivative by s; of a constant those of zero."""
+    """Return the coefficients of the derivative by s; zero for a constant."""
     for _ in range(order):
         powers = np.arange(1, coefficients.shape[1])
         coefficients = coefficients[:, 1:] * powers[:, None] if len(powers) else np.zeros_like(coefficients)
@@ -28,17 +28,17 @@ def derivative(coefficients: Floats, order: int = 1) -> Floats:
 
 
 def part(coefficients: Floats, low: Floats, high: Floats) -> Floats:
-    """Each piece on its own [low, high], (n,) each, as a piece on [0, 1]: q(low + u (high - low))."""
+    """Return q(low + u (high - low)) as polynomials of u in [0, 1], ``low`` and ``high`` (n,)."""
     shifted = coefficients.copy()
     degree = coefficients.shape[1] - 1
-    for k in range(degree):  # Horner's scheme, once a power: the Taylor expansion at low
+    for k in range(degree):  # repeated Horner scheme: the Taylor expansion at low
         for j in range(degree - 1, k - 1, -1):
             shifted[:, j] += low[:, None] * shifted[:, j + 1]
     return shifted * powers(high - low, degree)[:, :, None]
 
 
 def powers(x: Floats, most: int) -> Floats:
-    """(n, most + 1) the powers of x (n,), by products: NumPy's ``**`` has other last bits on other processors."""
+    """Return the powers (n, most + 1) of x (n,), as products: NumPy's ``**`` varies by processor."""
     return np.multiply.accumulate(np.column_stack([np.ones_like(x), *[x] * most]), axis=1)
 
 

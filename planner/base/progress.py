@@ -1,4 +1,4 @@
-"""Progress of long work: what it reports, whether it is asked to stop, and seconds per stage."""
+"""Progress of long work: reports per stage, requests to stop, and seconds per stage."""
 
 from __future__ import annotations
 
@@ -27,15 +27,14 @@ UNITS = {stage: unit for unit, stages in _COUNTED.items() for stage in stages}
 
 
 class Progress:
-    """What long work reports to, and asks whether it is to stop.
+    """Takes reports of long work, and holds the request to stop.
 
         progress = Progress(report=print, stop=stop_request)
-        progress("links", 3, 10)          # called with (stage, done, total), in the stage's unit of ``UNITS``
-        if progress.stopped: ...          # end as soon as possible and hand back the partial result
+        progress("links", 3, 10)          # in the unit of the stage, see ``UNITS``
+        if progress.stopped: ...          # return the partial result soon
 
-    A stage ends with all of ``total`` done and may begin again, with 0; where its end is not known ``total`` is 0.
-    Work without a name for its stage reports nothing.
-    Stopping is asked for, never raised: an exception must not fly through OMPL's C++.
+    A stage ends when ``done`` is ``total``, and may begin again at 0. ``total`` is 0 if the end is not known. Work
+    without a name of its stage reports nothing. No exception stops the work, as it must not pass OMPL's C++.
     """
 
     def __init__(self, report: Report | None = None, stop: Callable[[], bool] | None = None) -> None:
@@ -50,7 +49,7 @@ class Progress:
         return self._stop is not None and self._stop()
 
     def with_report(self, report: Report) -> Progress:
-        """Another report under the same request to stop."""
+        """Return a progress with another ``report`` and the same request to stop."""
         return Progress(report, self._stop)
 
 
@@ -58,7 +57,7 @@ QUIET = Progress()
 
 
 class Stopwatch:
-    """Seconds per stage, summed where a stage is entered again; ``seconds`` are of stages that have just passed."""
+    """Seconds per stage, summed if a stage is entered again; ``seconds`` are those of earlier stages."""
 
     def __init__(self, seconds: Mapping[str, float] = MappingProxyType({})) -> None:
         self.seconds = dict(seconds)
@@ -73,10 +72,10 @@ class Stopwatch:
             self.seconds[stage] = self.seconds.get(stage, 0.0) + time.perf_counter() - begin
 
     def record(self) -> dict[str, float]:
-        """The seconds of every stage, and the ``total`` since the first began, with all between."""
+        """Return the seconds of every stage, and the ``total`` since the first one began."""
         return round_seconds(self.seconds | {"total": time.perf_counter() - self._began})
 
 
 def round_seconds(seconds: dict[str, float]) -> dict[str, float]:
-    """Seconds per stage, to the microsecond, as records hold them."""
+    """Round seconds per stage to the microsecond, as records hold them."""
     return {stage: round(value, 6) for stage, value in seconds.items()}

@@ -1,4 +1,4 @@
-"""The robots and scenes that travel with the package, and the versions of the software that results come from."""
+"""The built-in robots and scenes, and the versions of the software behind a result."""
 
 import hashlib
 import importlib.metadata
@@ -13,7 +13,7 @@ DECISIVE = ("gabf-planner", "ompl", "pin", "python-fcl", "coal", "numpy", "pytho
 
 
 def data_folder(kind: str) -> Path:
-    """The folder of built-in files of one ``kind``, "robots" or "scenes": in the wheel, or beside it in a checkout."""
+    """Return the folder of built-in "robots" or "scenes", in the wheel or next to it in a clone."""
     packaged = _PACKAGE / "_data" / kind
     return packaged if packaged.is_dir() else _PACKAGE.parent / kind
 
@@ -27,29 +27,29 @@ def scenes_folder() -> Path:
 
 
 def robot_names() -> list[str]:
-    """Names of the built-in robots, sorted."""
+    """Return the names of the built-in robots, sorted."""
     return sorted(path.parent.name for path in robots_folder().glob("*/robot.yaml"))
 
 
 def scene_names() -> list[str]:
-    """Names of the built-in scenes that every built-in robot has states in, sorted."""
+    """Return the names of the built-in scenes with states for every built-in robot, sorted."""
     return sorted(path.stem for path in scenes_folder().glob("*.yaml"))
 
 
 def list_published_scenes() -> list[str]:
-    """Names of the built-in scenes of published problems, each for the robots that it names, sorted."""
+    """Return the names of the built-in scenes of published problems, sorted; each is for some robots."""
     return sorted(path.stem for path in (scenes_folder() / "published").glob("*.yaml"))
 
 
 def scene_file(name: str) -> Path | None:
-    """The file of a built-in scene; None where there is none of that name."""
+    """Return the file of a built-in scene; None for another name."""
     if name in scene_names():
         return scenes_folder() / f"{name}.yaml"
     return scenes_folder() / "published" / f"{name}.yaml" if name in list_published_scenes() else None
 
 
 def versions(packages: tuple[str, ...] = DECISIVE) -> dict[str, str]:
-    """Installed versions of ``packages``; "python", "libc" and "machine" are the interpreter's and below it."""
+    """Return the installed versions of ``packages``, and of "python", "libc" and "machine"."""
     own = {
         "python": platform.python_version(),
         "libc": " ".join(platform.libc_ver()),
@@ -60,7 +60,7 @@ def versions(packages: tuple[str, ...] = DECISIVE) -> dict[str, str]:
 
 @cache
 def software(*folders: Path) -> str:
-    """Versions, and a hash of the sources of this package and of more ``folders``: rows of other software are stale."""
+    """Return the versions, and a hash of the sources of this package and of more ``folders``."""
     digest = hashlib.sha256()
     for folder in (_PACKAGE, *folders):
         for path in sorted([*folder.rglob("*.py"), *folder.rglob("*.[ch]pp")]):

@@ -63,7 +63,7 @@ def test_a_number_is_one_in_every_way_that_yaml_writes_it(text: str, x: float) -
 
 @pytest.mark.parametrize("text", ["a: 1\nb: 2\na: 3", "{x: {a: 1, a: 2}}", "- {a: [1], b: {a: 1}, a: 2}"])
 def test_a_key_that_stands_twice_is_no_guess(text: str) -> None:
-    with pytest.raises(FileError, match=r"at line \d: key 'a' stands twice"):
+    with pytest.raises(FileError, match=r"at line \d: key 'a' is repeated"):
         parse_yaml(text, "it")
 
 
@@ -71,7 +71,7 @@ def test_a_key_that_stands_twice_is_no_guess(text: str) -> None:
     "text", ["a: [", "!!python/object/apply:os.getcwd []", "a: &x [*x]\n<<: 1", "2001-13-45", "!!timestamp x"]
 )
 def test_no_text_constructs_anything_or_overflows(text: str) -> None:
-    with pytest.raises(FileError, match="mend the file"):
+    with pytest.raises(FileError, match="correct the file"):
         parse_yaml(text, "it")
 
 

@@ -29,7 +29,7 @@ def test_arcs_along_are_those_between_node_after_node():
         assert net.arcs_along(np.array(nodes, dtype=int)).tolist() == steps
     with pytest.raises(AssumptionError, match="node 0 does not read node 1"):
         net.arcs_along(np.array([1, 0, 1]))
-    with pytest.raises(AssumptionError, match=r"nodes\[1\] is 3: give whole numbers"):
+    with pytest.raises(AssumptionError, match=r"nodes\[1\] must be a whole number from 0 to 2, got 3"):
         net.arcs_along(np.array([1, 3]))
 
 

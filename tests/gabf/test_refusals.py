@@ -57,19 +57,25 @@ NUMBERS = [
     (lambda: solve(chain(3), "nominl"), "'nominl' not found; laws are nominal, prescribed-time, fixed-time, sing"),
 ]
 ASSUMPTIONS = [
-    (lambda: Network(**GRAPH | {"indices": [0, 5]}), r"indices\[1\] is 5: give whole numbers from 0 to 2"),
-    (lambda: Network(**GRAPH | {"indices": [0.0, 1.5]}), "whole numbers"),
+    (lambda: Network(**GRAPH | {"indices": [0, 5]}), r"indices\[1\] must be a whole number from 0 to 2, got 5"),
+    (lambda: Network(**GRAPH | {"indices": [0.0, 1.5]}), "whole number"),
     (lambda: Network(**GRAPH | {"indices": [0, 2]}), "node 2 reads itself"),
-    (lambda: Network(**GRAPH | {"weight": [1.0, np.nan]}), r"weight\[1\] is nan"),
+    (lambda: Network(**GRAPH | {"weight": [1.0, np.nan]}), r"weight\[1\] must be finite, got nan"),
     (lambda: Network(**GRAPH | {"weight": [1.0]}), "weight"),
     (lambda: Network(**GRAPH | {"indptr": [0, 2, 1, 2]}), "indptr"),
     (lambda: Network(**GRAPH | {"sources": []}), "at least one source"),
     (lambda: Network(**GRAPH | {"sources": [0, 0]}), "each once"),
     (lambda: Network(**GRAPH | {"source_values": [0.0, 1.0]}), "source_values"),
     (lambda: Network(**GRAPH | {"node_cost": [1.0]}), "node_cost"),
-    (lambda: Network(**GRAPH | {"arc_cost": [1.0, np.nan]}), r"arc_cost\[1\] is nan"),
-    (lambda: Network.from_arcs(**ARCS | {"heads": [0, -1, 1]}, sources=[0], n_nodes=3), r"heads\[1\] is -1"),
-    (lambda: Network.from_arcs(**ARCS | {"tails": [1.0, 2.5, 2.0]}, sources=[0], n_nodes=3), r"tails\[1\] is 2.5"),
+    (lambda: Network(**GRAPH | {"arc_cost": [1.0, np.nan]}), r"arc_cost\[1\] must be finite, got nan"),
+    (
+        lambda: Network.from_arcs(**ARCS | {"heads": [0, -1, 1]}, sources=[0], n_nodes=3),
+        r"heads\[1\] must be a whole number .* got -1",
+    ),
+    (
+        lambda: Network.from_arcs(**ARCS | {"tails": [1.0, 2.5, 2.0]}, sources=[0], n_nodes=3),
+        r"tails\[1\] must be a whole number .* got 2.5",
+    ),
     (lambda: Network.from_arcs(**ARCS | {"weight": np.ones(4)}, sources=[0], n_nodes=3), "weight"),
     (lambda: Network.from_scipy(csr_array([[0.0, 0.0], [1.0, 1.0]]), [0]), "node 1 reads itself"),
     (lambda: Network.from_scipy(csr_matrix([[0.0, 0.0], [1.0, 0.0], [1.0, 0.0]]), [0]), r"got shape \(3, 2\)"),
@@ -110,7 +116,7 @@ STATES = [
     (lambda: gabf.extract_path(CUT, solve(chain(4)), 3), "node 3 reaches no source"),
     (lambda: gabf.extract_path(CUT, solve(CUT), 4), "start 4 is not a node; nodes run from 0 to 3"),
     (lambda: gabf.extract_path(TINY, np.array([0.0, 1.5, 1.0]), 1), "has not settled"),
-    (lambda: paths_from(CUT, solve(CUT), [-1]), "whole numbers"),
+    (lambda: paths_from(CUT, solve(CUT), [-1]), "whole number"),
 ]
 TYPES = [
     (lambda: solve(chain(3), 4.0), "a name or a law"),

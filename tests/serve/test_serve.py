@@ -89,7 +89,7 @@ def test_gate_and_planner_know_a_change_and_each_client_has_its_own_world(addres
     ("method", "params", "sentence"),
     [
         ("nothing", {}, "method 'nothing' not found; methods are load,"),
-        ("check", {"positions": [[0.0]], "times": [0.0]}, r"positions has shape \(1, 1\)"),
+        ("check", {"positions": [[0.0]], "times": [0.0]}, r"positions must have shape .* got \(1, 1\)"),
         ("check", {**CHUNK, "state": {"q": [9.0, 0.0], "qd": [0.0, 0.0]}}, "state of joint"),
         ("check", {**CHUNK, "world": "main"}, "unknown key 'world'"),
         ("load", {"limits": {"velocty_scale": 0.5}}, "unknown key 'limits.velocty_scale'"),
@@ -198,7 +198,7 @@ def test_the_javascript_on_the_page_works(address: str, tmp_path: Path) -> None:
     found = json.loads(done.stdout)
     assert len(found["joints"]) == 2
     assert found["verdict"]["safe"]
-    assert "positions has shape" in found["refused"]
+    assert "positions must have shape" in found["refused"]
 
 
 def test_the_command_serves_until_interrupted(tmp_path: Path) -> None:
