@@ -59,7 +59,7 @@ PARTICIPLE = re.compile(
     r"|hidden|kept|known|laid|left|lost|made|meant|met|paid|said|seen|sent|shown|spent|stood|taken|thought|thrown|told"
     r"|torn|understood|worn|written"
 )
-VERBS_AND_NOUNS = re.compile(r"(\w+[cx]e|\w*[fns])eed|embed|shed|bed")
+OTHER_WORDS = re.compile(r"(\w+[cx]e|\w*[fnps])eed|embed|shed|bed")
 
 SUMMARY = 100  # characters
 SENTENCE = 30  # words
@@ -88,12 +88,9 @@ def texts(source: str, tree: ast.Module) -> Iterator[tuple[int, str]]:
 
 
 def is_participle(name: str) -> bool:
-    """Whether the first or the last word of a function's name is a past participle."""
-    words = name.strip("_").split("_")
-    if words[0] in ("is", "has", "test") or name.startswith("__"):
-        return False
-    ends = {words[0], words[-1]}
-    return any(PARTICIPLE.fullmatch(word) and not VERBS_AND_NOUNS.fullmatch(word) for word in ends)
+    """Whether a function's name begins with a past participle."""
+    first = name.strip("_").split("_")[0]
+    return bool(PARTICIPLE.fullmatch(first)) and not first.startswith("is") and not OTHER_WORDS.fullmatch(first)
 
 
 def functions(tree: ast.Module) -> Iterator[tuple[int, str]]:
