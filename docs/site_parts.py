@@ -22,6 +22,7 @@ import pydantic
 from docutils import nodes
 from docutils.utils.math.latex2mathml import tex2mathml
 from sphinx.application import Sphinx
+from sphinx.util.inspect import TypeAliasForwardRef
 from sphinx.util.docutils import SphinxDirective
 
 _WIDTH = "78"  # columns of the help
@@ -36,7 +37,8 @@ _CODE = re.compile(r"(``.*?``|:\w+:`.*?`)")
 
 
 def setup(app: Sphinx) -> dict[str, Any]:
-    """Called by Sphinx."""
+    """Add directives, formulas and events to Sphinx."""
+    TypeAliasForwardRef.__repr__ = lambda alias: alias.name  # Sphinx shows its repr for types of properties
     app.add_directive("command-help", CommandHelp)
     app.add_directive("record-keys", RecordKeys)
     app.add_html_math_renderer("mathml", (_inline_math, None), (_display_math, None))
@@ -86,6 +88,11 @@ def option_table(request: Any) -> list[str]:
     )
 
 
+def _default_text(value: Any) -> str:
+    texts = [getattr(each, "text", each) for each in (value if isinstance(value, tuple) else (value,))]
+    return ", ".join(str(text) for text in texts) or "none"
+
+
 def option_rows(request: Any) -> list[tuple[str, str, str]]:
     """Return name, default and help of each option of a request and of the requests inside it."""
     rows: list[tuple[str, str, str]] = []
@@ -97,7 +104,7 @@ def option_rows(request: Any) -> list[tuple[str, str, str]]:
             if hasattr(each, "documentation")
         ]
         if texts:
-            rows.append((f"``{field.name}``", f"``{field.default!s}``", _escaped(texts[0])))
+            rows.append((f"``{field.name}``", f"``{_default_text(field.default)}``", _escaped(texts[0])))
         elif dataclasses.is_dataclass(field.default):
             rows += option_rows(type(field.default))
     return rows
