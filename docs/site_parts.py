@@ -22,8 +22,8 @@ import pydantic
 from docutils import nodes
 from docutils.utils.math.latex2mathml import tex2mathml
 from sphinx.application import Sphinx
-from sphinx.util.inspect import TypeAliasForwardRef
 from sphinx.util.docutils import SphinxDirective
+from sphinx.util.inspect import TypeAliasForwardRef
 
 _WIDTH = "78"  # columns of the help
 # characters of our formulas that docutils does not know
