@@ -1,1 +1,1 @@
-"""What motions keep all along: conditions on the pose of a frame, seen in states, proven on curves, projected onto."""
+"""Path constraints: conditions on the pose of a frame, checked in states and proven on curves."""

@@ -1,11 +1,11 @@
 """Proofs that Yoshikawa's manipulability w stays above a floor along curves.
 
-Column i of the tool's Jacobian is (z_i x (p - p_i), z_i) for a joint that turns about z_i. Turning joint k by dq_k
-turns all that it carries, so that for k <= i the linear part changes at the rate z_k x (z_i x (p - p_i)) and z_i at
-the rate z_k x z_i; for k > i only p moves, by z_k x (p - p_k), and z_i stays. With R_j no less than the tool's
-distance from axis j the rate of column i is at most (R_max(i,k), [k < i]) in its linear and its angular part. Where
-joints move by no more than ``spread``, J changes by no more than e in the Frobenius norm, so no singular value falls
-by more than e (Weyl 1912), and w, their product, is at least prod max(0, sigma_i - e).
+Column i of the tool's Jacobian is (z_i x (p - p_i), z_i) for a revolute joint about z_i. A rotation dq_k of joint k
+rotates everything that it carries: for k <= i the linear part changes at the rate z_k x (z_i x (p - p_i)) and z_i at
+the rate z_k x z_i; for k > i only p moves, by z_k x (p - p_k). With R_j at least the tool's distance from axis j, the
+rate of column i is at most (R_max(i,k), [k < i]) in its linear and angular part. If joints move by at most ``spread``,
+J changes by at most e in the Frobenius norm, so no singular value decreases by more than e (Weyl 1912), and w, their
+product, is at least prod max(0, sigma_i - e).
 """
 
 from dataclasses import dataclass
@@ -18,17 +18,17 @@ from planner.constraints.tool_bound import column_rates
 from planner.kinematics.manipulability import jacobians, rows_of
 from planner.robot.robot import Robot
 
-_FINEST = 2e-5  # rad (m): intervals on which no joint moves further are not halved again
+_FINEST = 2e-5  # rad (m): intervals with less joint motion are not halved
 _SAFE = 1e-9  # relative: rounding of Jacobians and singular values
-_SHORTEST = 1e-9  # m: a tool that reaches less far from every axis counts as reaching as far
+_SHORTEST = 1e-9  # m: least unit of length
 
 
 @dataclass(frozen=True, eq=False)
 class FloorProofs:
-    """For each of m curves: ``holds`` where w is proven to stay at or above its floor, ``broken`` where it falls below.
+    """Verdicts on m curves: ``holds`` if w is proven to be at least the floor, ``broken`` if below.
 
-    Where neither is True w comes so close to the floor that nothing is proven. ``lowest`` (m,) is a lower bound on w
-    along the curves whose floor holds, and the smallest w seen along the others.
+    If neither is True, w is too close to the floor for a proof. ``lowest`` (m,) is a lower bound on w for curves that
+    hold, else the smallest sampled w.
     """
 
     holds: Bools
@@ -40,7 +40,7 @@ class ManipulabilityBound:
     """Lower bounds on a robot's w around configurations.
 
     bound = ManipulabilityBound(robot)
-    w, least = bound(q, spread)       # w at q (n,), and a bound on w wherever no joint is further off than spread
+    w, least = bound(q, spread)       # w at q (n,), and its lower bound if no joint is off by more than spread
     """
 
     def __init__(self, robot: Robot) -> None:
@@ -64,10 +64,10 @@ class ManipulabilityBound:
 
 
 def prove_floor(robot: Robot, coefficients: Floats, floor: Floats | float) -> FloorProofs:
-    """Whether w stays at or above ``floor`` (m,) on the curves sum_k c_k s^k, s in [0, 1], (m, degree + 1, dof).
+    """Prove that w is at least ``floor`` (m,) on curves sum_k c_k s^k, (m, degree + 1, dof), s in [0, 1].
 
-    Every interval is looked at in its middle; what the bound there does not cover is halved. :class:`ArrayError` for
-    arrays of other shapes, or with what is no finite number.
+    Intervals that the bound at their middle does not cover are halved. Raises :class:`ArrayError` for wrong shapes or
+    values that are not finite.
     """
     coefficients = numbers("coefficients", coefficients, ("m", "degree + 1", robot.dof))
     m = len(coefficients)

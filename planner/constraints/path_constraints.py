@@ -1,9 +1,9 @@
-"""All that the motions of one robot keep: seen in states, proven on whole curves, and states brought to keep it.
+"""The path constraints of one robot: checks of states, proofs of curves, projection of states.
 
-Conditions become convex pieces of a frame's pose: half-spaces and balls, which hold between the ends of a chord. With
-y = (x, rows of R), the position (m) and the rotation of a frame in one vector of twelve, each is H y >= d or
-|B y - c| <= r. An axis R e within an angle a of n is |R e - n| <= 2 sin(a/2), an orientation within a of R0 is
-|R - R0| <= 2 sqrt(2) sin(a/2) in the Frobenius norm, for a up to pi, as all these lie on a sphere.
+Conditions become convex sets of a frame's pose, half-spaces and balls, which hold between the ends of a chord. With y =
+(x, rows of R), the position (m) and rotation of a frame as a vector of twelve, each is H y >= d or |B y - c| <= r. An
+axis R e within an angle a of n is |R e - n| <= 2 sin(a/2), an orientation within a of R0 is |R - R0| <= 2 sqrt(2)
+sin(a/2) in the Frobenius norm, for a up to pi, because all of these lie on a sphere.
 """
 
 import math
@@ -32,20 +32,19 @@ from planner.problem.conditions import (
 from planner.robot.poses import pose, quaternion_of
 from planner.robot.robot import Robot, with_tool
 
-FORGIVEN = 1e-9  # rad (m): beyond a condition by what was printed and read back
+FORGIVEN = 1e-9  # rad (m): tolerance for values that were printed and read again
 _STEPS = 30  # of a projection
-_FINEST = 0.1 * FORGIVEN  # rad (m): pieces that leave their chords by less are not halved
-
-_DEEP = 5e-3  # m: how far into a half-space without another side states are projected
+_FINEST = 0.1 * FORGIVEN  # rad (m): intervals with less deviation from the chord are not halved
+_DEEP = 5e-3  # m: depth to which states are projected into an unbounded half-space
 
 
 @dataclass(frozen=True, eq=False)
 class Piece:
-    """``rows`` (k, 12) of y: one row . y >= ``limit``, or of a ``ball`` |rows y - ``centre`` (k,)| <= ``limit``.
+    """A convex set: one row . y >= ``limit``, or a ``ball`` |rows y - ``centre`` (k,)| <= ``limit``.
 
-    Its slack changes by ``per_metre`` of the position at most, and with the rotation by ``per_turn`` of the length by
-    which a unit vector of it changes. ``depth`` is how much more a half-space may have; ``across`` is the distance of
-    angles at half a turn, so that one of d is 2 asin(d / across).
+    ``rows`` is (k, 12). The slack changes at most by ``per_metre`` of the position, and by ``per_turn`` of the length
+    by which a unit vector rotates. ``depth`` is the additional depth of a half-space; ``across`` is the distance for an
+    angle of half a turn: a distance d is the angle 2 asin(d / across).
     """
 
     rows: Floats
@@ -58,7 +57,7 @@ class Piece:
     across: float = 0.0
 
     def spare(self, slack: Floats) -> Floats:
-        """A slack in m, or rad."""
+        """Return a slack in m or rad."""
         if not self.ball:
             return slack
         ends = np.clip(np.stack([np.full_like(slack, self.limit), self.limit - slack]) / self.across, 0.0, 1.0)
@@ -71,7 +70,7 @@ def _half(normal: Floats, limit: float, depth: float) -> Piece:
 
 
 def pieces_of(condition: Condition) -> list[Piece]:
-    """The convex pieces that make up a condition; one of a turn has its quaternion."""
+    """Return the convex sets of a condition; an orientation needs its quaternion."""
     match condition:
         case AxisConstraint(axis, direction, angle):
             return [_axis("xyz".index(axis), _unit(direction), angle)]
@@ -86,7 +85,7 @@ def pieces_of(condition: Condition) -> list[Piece]:
             return [_half(_unit(normal), distance / size, _DEEP)]
         case OrientationConstraint(angle):
             return [_turn(_matrix(condition.quaternion), angle)]
-    raise TypeError(f"no pieces make up a {type(condition).__name__}")
+    raise TypeError(f"condition must be a path constraint, got {type(condition).__name__}.")
 
 
 def _matrix(quaternion: Quaternion | None) -> Floats:
@@ -112,7 +111,7 @@ def _turn(matrix: Floats, angle: float) -> Piece:
 
 @dataclass(frozen=True, eq=False)
 class _Group:
-    """Pieces on one frame, and the number of the condition that each belongs to."""
+    """Convex sets on one frame, and the number of each one's condition."""
 
     frame: Frame
     pieces: tuple[Piece, ...]
@@ -121,8 +120,8 @@ class _Group:
 
 
 @dataclass(frozen=True)
-class Kept:
-    """What came of a condition on curves: the least it had to ``spare`` (rad, m), at state ``row``, and its proof."""
+class ConstraintReport:
+    """Least slack (rad, m) of a condition on curves, at state ``row``, and whether it is proven."""
 
     condition: Condition
     spare: float
@@ -131,12 +130,12 @@ class Kept:
 
     @property
     def strays(self) -> bool:
-        """Whether it is broken in a state that was looked at."""
+        """Whether a sampled state violates it."""
         return self.spare < -FORGIVEN
 
     @property
     def text(self) -> str:
-        """As part of a sentence."""
+        """The report as part of a sentence."""
         if self.strays:
             return f"'{self.condition.text}' is broken by {-self.spare:.3g} {self.condition.unit}"
         proof = "proven all along" if self.proven else "NOT proven between what was sampled"
@@ -145,13 +144,13 @@ class Kept:
 
 @dataclass(frozen=True, eq=False)
 class PathConstraints:
-    """Bound ``conditions`` on frames of a ``robot``, of which none may be broken.
+    """Conditions on frames of a ``robot`` that all must hold.
 
         constraints = PathConstraints(robot, parse_constraints("axis:z,0,0,1,0.1"))
         constraints.holds(q)                          # (n,) in states (n, dof)
-        constraints.proven(coefficients)              # (m,) on whole curves (m, degree + 1, dof)
+        constraints.proven(coefficients)              # (m,) on curves (m, degree + 1, dof)
 
-    Of none all of it is True, at no cost. Raises :class:`RobotError` for frames that the robot lacks.
+    Orientations must have their quaternions. Raises :class:`RobotError` for unknown frames.
     """
 
     robot: Robot
@@ -166,7 +165,7 @@ class PathConstraints:
 
     @property
     def stride(self) -> float:
-        """The joint motion (rad) from one middle of the narrowest condition to another whose chord about keeps it."""
+        """Joint motion (rad) between middles of the narrowest condition whose chord roughly satisfies it."""
         return min((2.0 * math.sqrt(each.thickness) for each in self.conditions), default=math.inf)
 
     @cached_property
@@ -191,7 +190,7 @@ class PathConstraints:
 
     @cached_property
     def _native(self) -> NativeKeeping:
-        """The same in the compiled library, which says what is to spare, and projects."""
+        """The compiled constraints."""
         groups, pieces = self._groups, [piece for group in self._groups for piece in group.pieces]
         none = np.zeros((0, 4, 4)), np.zeros((0, 12)), np.zeros(0)
         return NativeKeeping(
@@ -209,12 +208,12 @@ class PathConstraints:
         )
 
     def _slacks(self, q: Floats) -> list[Floats]:
-        """(n, k) for the pieces of each group what they have to spare in states (n, dof); negative where broken."""
+        """Return slacks (n, k) of each group's sets in states (n, dof)."""
         frames = [group.frame for group in self._groups]
         return [self._native.slack(k, *frame.poses(self.robot, q)) for k, frame in enumerate(frames)]
 
     def spare(self, q: Floats) -> Floats:
-        """(n, conditions) what each has to spare in states (n, dof), m or rad; negative where it is broken."""
+        """Return each condition's slack (n, conditions) in states (n, dof), m or rad; below 0 if violated."""
         least = np.full((len(q), len(self.conditions)), np.inf)
         for group, slack in zip(self._groups, self._slacks(q), strict=True):
             for k, number in enumerate(group.of.tolist()):
@@ -222,22 +221,22 @@ class PathConstraints:
         return least
 
     def slack(self, q: Floats) -> Floats:
-        """(n,) the least that a piece has to spare in states (n, dof)."""
+        """Return the least slack (n,) of any set in states (n, dof)."""
         return np.concatenate([np.full((len(q), 1), np.inf), *self._slacks(q)], axis=1).min(axis=1)
 
     def holds(self, q: Floats) -> Bools:
-        """(n,) in which states (n, dof) all are kept."""
-        return self._brought(q, 0.0, FORGIVEN, 0)[1] if self else np.ones(len(q), dtype=bool)
+        """Return which states (n, dof) satisfy all conditions, (n,)."""
+        return self._project(q, 0.0, FORGIVEN, 0)[1] if self else np.ones(len(q), dtype=bool)
 
     def proven(self, coefficients: Floats) -> Bools:
-        """(m,) on which curves sum_k c_k s^k, s in [0, 1], (m, degree + 1, dof), all are proven to be kept."""
+        """Return which curves sum_k c_k s^k, (m, degree + 1, dof), provably satisfy all, (m,)."""
         if not self:
             return np.ones(len(coefficients), dtype=bool)
-        return self._native.proven(coefficients, self._bounds, FORGIVEN, _FINEST)
+        return self._native.proven(coefficients, self._rates, FORGIVEN, _FINEST)
 
     @cached_property
-    def _bounds(self) -> tuple[Floats, Floats, Floats, Floats, Floats]:
-        """What ``NativeKeeping.proven`` asks of frames and pieces."""
+    def _rates(self) -> tuple[Floats, Floats, Floats, Floats, Floats]:
+        """Arguments of ``NativeKeeping.proven`` for frames and sets."""
         groups, dof = self._groups, self.robot.dof
         pieces = [piece for group in groups for piece in group.pieces]
         return (
@@ -248,34 +247,36 @@ class PathConstraints:
             np.array([piece.per_turn for piece in pieces], dtype=float),
         )
 
-    def along(self, q: Floats, coefficients: Floats) -> tuple[Kept, ...]:
-        """What came of each condition on curves (m, degree + 1, dof), and on states of them (n, dof)."""
+    def along(self, q: Floats, coefficients: Floats) -> tuple[ConstraintReport, ...]:
+        """Return a report per condition on curves (m, degree + 1, dof) and their sampled states (n, dof)."""
         alone = [replace(self, conditions=(each,)) for each in self.conditions]
         spare = self.spare(q)
         return tuple(
-            Kept(each, float(spare[:, k].min()), int(spare[:, k].argmin()), bool(alone[k].proven(coefficients).all()))
+            ConstraintReport(
+                each, float(spare[:, k].min()), int(spare[:, k].argmin()), bool(alone[k].proven(coefficients).all())
+            )
             for k, each in enumerate(self.conditions)
         )
 
     def projected(self, q: Floats, depth: Floats | float = 0.5, exact: float = FORGIVEN) -> tuple[Floats, Bools]:
-        """States near ``q`` (n, dof), within joint limits, that keep all, and which do (n,), forgiving ``exact``.
+        """Return states near ``q`` (n, dof) that satisfy all, and which do (n,), within ``exact``.
 
-        By Gauss-Newton steps into what is allowed, a share ``depth`` (n,) of the way to its middle; those that keep all
-        already stay as they are. Continuous joints may turn beyond half a turn.
+        Gauss-Newton steps go a share ``depth`` (n,) of the way to the middle of the allowed set; states that satisfy
+        all stay unchanged. Continuous joints may pass half a turn.
         """
-        return self._brought(q, depth, exact, _STEPS)
+        return self._project(q, depth, exact, _STEPS)
 
-    def _brought(self, q: Floats, depth: Floats | float, exact: float, steps: int) -> tuple[Floats, Bools]:
+    def _project(self, q: Floats, depth: Floats | float, exact: float, steps: int) -> tuple[Floats, Bools]:
         return self._native.projected(q, np.full(len(q), depth), exact, steps)
 
 
 def frame_of(robot: Robot, name: str | None, point: Sequence[float] = (0.0, 0.0, 0.0)) -> Frame:
-    """A frame of the robot, its tool where no name is given, moved to a point of it (m)."""
+    """Return a frame of the robot (default: its tool), moved to a point of it (m)."""
     return Frame.tool(with_tool(robot, name), np.array(point))
 
 
 def bind_orientations(conditions: Iterable[Condition], robot: Robot, start: Floats) -> tuple[Condition, ...]:
-    """Conditions with the orientation that their frames have at the ``start`` (dof,), where they name none."""
+    """Return conditions with the orientation at ``start`` (dof,) where they name none."""
     return tuple(
         replace(each, quaternion=_orientation(robot, each.frame, start)) if without_orientation([each]) else each
         for each in conditions
@@ -289,13 +290,13 @@ def _orientation(robot: Robot, frame: str | None, q: Floats) -> Quaternion:
 
 
 def without_orientation(conditions: Iterable[Condition]) -> tuple[Condition, ...]:
-    """Those that mean the orientation at the start."""
+    """Return the orientation constraints that refer to the start."""
     return tuple(each for each in conditions if isinstance(each, OrientationConstraint) and each.quaternion is None)
 
 
 def require_orientations(conditions: tuple[Condition, ...], robot: Robot) -> None:
-    """Raise :class:`PlannerError` for what means a start where there is none, or a frame that is not there."""
+    """Raise :class:`PlannerError` for a constraint that refers to a missing start or an unknown frame."""
     for each in without_orientation(conditions):
-        raise StateError(f"'{each.text}' means the orientation at a start, and here is none: add qx,qy,qz,qw to it.")
+        raise StateError(f"'{each.text}' must have an orientation here, got none: add qx,qy,qz,qw to it.")
     for each in conditions:
         frame_of(robot, each.frame)

@@ -1,11 +1,10 @@
-"""How far a frame of the arm leaves the chord of a joint motion, and proofs of convex conditions on its pose.
+"""Deviation of a frame from the chord of a joint motion, and proofs of convex conditions on its pose.
 
-Along q(s) a point x that the joints carry has x'' = sum_i J_i q_i'' + sum_ik (dJ_i/dq_k) q_i' q_k', with J_i the
-linear column of the Jacobian, no longer than the reach from axis i, and its rates from :func:`column_rates`. The
-rotation R has dR/dq_i = [z_i] R and d²R/dq_i dq_k = [z_min] [z_max] R, of which no column is longer than 1. A curve
-that bends by no more than M leaves the chord of its ends by M s (1 - s) / 2, an eighth of M at most. So what is convex
-in (x, R) holds on a whole curve where it holds at both ends with that much to spare. Halving a curve divides what it
-needs by four.
+Along q(s) a carried point x has x'' = sum_i J_i q_i'' + sum_ik (dJ_i/dq_k) q_i' q_k', where J_i, the linear column of
+the Jacobian, is at most the reach from axis i, with the rates of :func:`column_rates`. The rotation R has dR/dq_i =
+[z_i] R and d²R/dq_i dq_k = [z_min] [z_max] R, with columns of length at most 1. A curve whose second derivative is at
+most M deviates from its chord by at most M s (1 - s) / 2 <= M / 8. So a condition that is convex in (x, R) holds on the
+whole curve if it holds at both ends with that slack. Halving a curve divides the needed slack by four.
 """
 
 from __future__ import annotations
@@ -22,30 +21,29 @@ from planner.robot.reach import Reach
 from planner.robot.robot import Robot
 from planner.robot.shapes import Body, Sphere
 
-_FINEST = 1e-7  # m, or the length of a column's change: pieces that leave their chord by less are not halved again
-_SHORTEST = 2.0**-40  # of a curve: a change from one alternative to another is not looked for more closely
+_FINEST = 1e-7  # m, or length of a column's change: intervals with less deviation are not halved
+_SHORTEST = 2.0**-40  # of a curve: shortest interval on which a change of alternative is sought
 _POINT = 1e-9  # m: radius of a point as a body
 _ROUNDED = 64 * np.finfo(np.float64).eps  # relative, a joint: of placements, joint values and derivatives
 
 Slack = Callable[[Ints, Floats, Floats, Floats], Floats]
-"""What conditions have to spare at points of curves: ``slack(curve, s, rotation, position)``.
+"""Slack (n, a, k) of conditions at points of curves: ``slack(curve, s, rotation, position)``.
 
-The curve's number (n,), where on it (n,), the frame's rotation (n, 3, 3) and position (n, 3) there. The answer
-(n, a, k) is negative where a condition is broken. The k conditions of one of the ``a`` alternatives have to hold all,
-for the whole of a piece. Each is concave in (s, rotation, position) on its curve.
+Arguments: curve number (n,), s (n,), the frame's rotation (n, 3, 3) and position (n, 3). Negative slack is a violation.
+All k conditions of one of the ``a`` alternatives must hold on an interval. Each is concave in (s, rotation, position).
 """
 
 
 @dataclass(frozen=True, eq=False)
 class Frame:
-    """A frame that a joint (0: the base) carries: ``placement`` (4, 4) in the joint's frame."""
+    """A frame with a ``placement`` (4, 4) in the frame of a joint (0: the base)."""
 
     joint: int
     placement: Floats
 
     @staticmethod
     def tool(robot: Robot, point: Floats | None = None) -> Frame:
-        """The tool frame of ``robot``, its origin moved to ``point`` (3,) of that frame (m)."""
+        """Return the tool frame of ``robot``, its origin moved to ``point`` (3,) m of that frame."""
         joint, placement = tool_joint(robot)
         moved = placement.homogeneous.copy()
         if point is not None:
@@ -53,20 +51,20 @@ class Frame:
         return Frame(joint, moved)
 
     def reach(self, robot: Robot) -> Floats:
-        """(joints,) how far (m) its origin is from a joint's axis at most; 1 for a slide, 0 for what carries it not."""
+        """Return (joints,) m: largest distance of its origin from each axis; 1 for a slide, 0 if not carried."""
         return Reach.from_robot(robot, (Body("tool", "tool", self.joint, Sphere(_POINT), self.placement),)).bodies[0]
 
     def poses(self, robot: Robot, q: Floats) -> tuple[Floats, Floats]:
-        """Rotations (n, 3, 3) and positions (n, 3) of the frame in the world at configurations (n, dof)."""
+        """Return rotations (n, 3, 3) and positions (n, 3) in the world at configurations (n, dof)."""
         rotation, position = (array[self.joint] for array in joint_placements(Chain.from_arm(robot), q))
         return rotation @ self.placement[:3, :3], position + rotation @ self.placement[:3, 3]
 
 
 def column_rates(robot: Robot, frame: Frame | None = None) -> tuple[Floats, Floats]:
-    """How fast column i of a frame's Jacobian changes with joint k at most, linear and angular part, (dof, dof) each.
+    """Return bounds (dof, dof) on the change of Jacobian column i with joint k: linear and angular part.
 
-    Valid for every configuration within the joint limits; the tool's, if no frame is given. Where joints follow others
-    the column of a planned one is the sum of theirs.
+    Valid within the joint limits, for the tool without ``frame``. For followers, the column of a planned joint is the
+    sum of theirs.
     """
     reach, chain = (frame or Frame.tool(robot)).reach(robot), Chain.from_arm(robot)
     turns, carries, share = ~chain.prismatic, reach > 0, np.abs(chain.coupling)
@@ -82,13 +80,13 @@ def column_rates(robot: Robot, frame: Frame | None = None) -> tuple[Floats, Floa
 
 
 class ToolBound:
-    """Upper bounds on how far a frame leaves the chord between its poses at both ends of curves, s in [0, 1].
+    """Upper bounds on the deviation of a frame from the chord between its end poses, s in [0, 1].
 
         bound = ToolBound(robot)
-        off, turned = bound(coefficients)     # (m,) m, and (m,) the length of what any column of the rotation is off
+        off, turned = bound(coefficients)     # (m,) m, and (m,) length by which any column of the rotation is off
 
-    ``|x(s) - (1 - s) x(0) - s x(1)| <= off`` and so for every column of R, or R times any unit vector, by ``turned``;
-    the Frobenius norm of the matrix by sqrt(2) ``turned``. Valid within the joint limits, rounding included.
+    ``|x(s) - (1 - s) x(0) - s x(1)| <= off``, and the same for R times any unit vector with ``turned``; the Frobenius
+    norm is at most sqrt(2) ``turned``. Valid within the joint limits, with rounding.
     """
 
     def __init__(self, robot: Robot, frame: Frame | None = None) -> None:
@@ -99,7 +97,7 @@ class ToolBound:
         self.rates = column_rates(robot, self.frame)[0]
 
     def __call__(self, coefficients: Floats, rounded: Floats | float = 0.0) -> tuple[Floats, Floats]:
-        """For curves (m, degree + 1, dof) whose derivatives are known to ``rounded`` (m, dof)."""
+        """Return bounds for curves (m, degree + 1, dof); derivatives are exact to ``rounded`` (m, dof)."""
         slope = derivative(coefficients)
         v, a = _largest(slope) + rounded, _largest(derivative(slope)) + rounded
         off = 0.125 * (a @ self.reach + np.einsum("ni,ik,nk->n", v, self.rates, v))
@@ -107,7 +105,7 @@ class ToolBound:
         return off * (1.0 + _ROUNDED), turned * (1.0 + _ROUNDED)
 
     def rounding(self, coefficients: Floats, position: Floats) -> tuple[Floats, Floats]:
-        """(m,) what rounding takes at most from a position (m), and from a column of R, near ``position`` (m, 3)."""
+        """Return bounds (m,) on rounding of a position (m) and of a column of R, near ``position`` (m, 3)."""
         joints = _ROUNDED * np.abs(coefficients).sum(axis=1)
         size = np.abs(position).sum(axis=1) + self.reach.sum() + 1.0
         count = _ROUNDED * self.robot.dof
@@ -115,7 +113,7 @@ class ToolBound:
 
 
 def _largest(coefficients: Floats) -> Floats:
-    """(m, dof) no less than the largest absolute value of each joint's polynomial on [0, 1]."""
+    """Return upper bounds (m, dof) on each joint's polynomial on [0, 1], in absolute value."""
     spread = _ROUNDED * np.abs(coefficients).sum(axis=1)
     return np.abs(bernstein(coefficients)).max(axis=1) + spread
 
@@ -123,23 +121,24 @@ def _largest(coefficients: Floats) -> Floats:
 def prove_along(
     bound: ToolBound, coefficients: Floats, slack: Slack, per_metre: Floats, per_turn: Floats, finest: float = _FINEST
 ) -> Bools:
-    """On which curves sum_k c_k s^k, (m, degree + 1, dof), k conditions on the pose of ``bound``'s frame hold, (m,).
+    """Return which curves sum_k c_k s^k, (m, degree + 1, dof), satisfy the conditions, (m,).
 
-    ``slack`` says what each has to spare at a point; ``per_metre`` and ``per_turn`` (k,) by how much at most that
-    changes with the position (m), and with the length by which each column of the rotation changes (for the Frobenius
-    norm: sqrt(2)). Pieces that their ends do not prove are halved until none of them needs more than ``finest``, and
-    those on which one alternative takes over from another until one of them holds at both ends. Raises
-    :class:`ArrayError` for arrays of other shapes, or with what is no finite number.
+    ``per_metre`` and ``per_turn`` (k,) bound the change of each slack with the position (m), and with the length by
+    which each column of the rotation changes (times sqrt(2) for the Frobenius norm). Intervals are halved until the
+    ends prove them, or none needs more slack than ``finest`` and one alternative holds at both ends. Raises
+    :class:`ArrayError` for wrong shapes or values that are not finite.
     """
     coefficients = numbers("coefficients", coefficients, ("m", "degree + 1", bound.robot.dof))
     every = np.arange(len(coefficients))
-    look = _Look(bound, coefficients, slack, np.stack([per_metre, per_turn]).astype(float), np.ones(len(every), bool))
+    look = _CurveSlacks(
+        bound, coefficients, slack, np.stack([per_metre, per_turn]).astype(float), np.ones(len(every), bool)
+    )
     low, high = np.zeros(len(every)), np.ones(len(every))
-    open_ = _Pieces(every, low, high, look.at(every, low), look.at(every, high))
+    open_ = _Intervals(every, low, high, look.at(every, low), look.at(every, high))
     while len((open_ := open_.only(look.holds[open_.curve])).curve):
         needs = look.needs(open_)
-        covered = _kept(np.minimum(open_.first, open_.last) - needs[:, None, :])
-        changing = ~_kept(np.minimum(open_.first, open_.last)) & (open_.high - open_.low > _SHORTEST)
+        covered = _holds(np.minimum(open_.first, open_.last) - needs[:, None, :])
+        changing = ~_holds(np.minimum(open_.first, open_.last)) & (open_.high - open_.low > _SHORTEST)
         look.holds[open_.curve[~covered & ~(needs.max(axis=1) > finest) & ~changing]] = False
         open_ = open_.only(~covered & look.holds[open_.curve])
         middle = 0.5 * (open_.low + open_.high)
@@ -148,8 +147,8 @@ def prove_along(
 
 
 @dataclass(frozen=True, eq=False)
-class _Pieces:
-    """Pieces from ``low`` to ``high`` (n,) of curves (n,), and what there is to spare (n, a, k) at both ends."""
+class _Intervals:
+    """Intervals ``low`` to ``high`` (n,) of curves (n,), with slacks (n, a, k) at both ends."""
 
     curve: Ints
     low: Floats
@@ -157,18 +156,18 @@ class _Pieces:
     first: Floats
     last: Floats
 
-    def only(self, rows: Bools) -> _Pieces:
-        return _Pieces(self.curve[rows], self.low[rows], self.high[rows], self.first[rows], self.last[rows])
+    def only(self, rows: Bools) -> _Intervals:
+        return _Intervals(self.curve[rows], self.low[rows], self.high[rows], self.first[rows], self.last[rows])
 
-    def halved(self, middle: Floats, between: Floats) -> _Pieces:
+    def halved(self, middle: Floats, between: Floats) -> _Intervals:
         low, high = np.concatenate([self.low, middle]), np.concatenate([middle, self.high])
         first, last = np.concatenate([self.first, between]), np.concatenate([between, self.last])
-        return _Pieces(np.tile(self.curve, 2), low, high, first, last)
+        return _Intervals(np.tile(self.curve, 2), low, high, first, last)
 
 
 @dataclass(frozen=True, eq=False)
-class _Look:
-    """What is asked of curves, and which of them hold as far as was looked, (m,)."""
+class _CurveSlacks:
+    """Slacks of conditions on curves, and which curves hold so far, (m,)."""
 
     bound: ToolBound
     coefficients: Floats
@@ -177,23 +176,23 @@ class _Look:
     holds: Bools
 
     def at(self, curve: Ints, s: Floats) -> Floats:
-        """(n, a, k) what there is to spare at points of curves, less rounding; without any a curve does not hold."""
+        """Return slacks (n, a, k) at points, less rounding; a curve with a violated point does not hold."""
         coefficients = self.coefficients[curve]
         rotation, position = self.bound.frame.poses(self.bound.robot, evaluate(coefficients, s))
         noise = np.stack(self.bound.rounding(coefficients, position), axis=1) @ self.weights
         found = self.slack(curve, s, rotation, position) - noise[:, None, :]
-        self.holds[curve[~_kept(found)]] = False
+        self.holds[curve[~_holds(found)]] = False
         return found
 
-    def needs(self, pieces: _Pieces) -> Floats:
-        """(n, k) what pieces between points may use up."""
+    def needs(self, pieces: _Intervals) -> Floats:
+        """Return the slack (n, k) that intervals need between their ends."""
         coefficients, span = self.coefficients[pieces.curve], pieces.high - pieces.low
         parts = part(coefficients, pieces.low, pieces.high)
         rounded = _ROUNDED * np.abs(coefficients).sum(axis=1) * span[:, None]
         return np.stack(self.bound(parts, rounded), axis=1) @ self.weights
 
 
-def _kept(spare: Floats) -> Bools:
-    """(n,) where all conditions of one alternative of (n, a, k) are kept."""
+def _holds(spare: Floats) -> Bools:
+    """Return where (n,) all conditions of one alternative of slacks (n, a, k) hold."""
     kept: Bools = spare.min(axis=2).max(axis=1) >= 0
     return kept

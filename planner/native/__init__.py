@@ -1,10 +1,9 @@
-"""The compiled inner loops: kinematics, distances, proofs of motions, detours, flows. C++ in ``source``.
+"""Compiled inner loops: kinematics, distances, proofs of motions, detours, flows; C++ in ``source``.
 
-``planner.native.compiled`` holds functions and classes over NumPy's arrays: float64 and int64, angles rad, lengths m,
-times s unless ns. nanobind refuses arrays of another type or shape (TypeError); numbers that nothing can be computed
-from are an :class:`ArrayError`. Every call leaves other Python threads running, and hears Ctrl-C while it lasts. What
-is made here may be asked by several threads at once, but for a ``Look``. Sums are added in one order and nothing is
-fused, so that every compiler and processor gives the same bits, on one thread or many.
+``planner.native.compiled`` has functions and classes on NumPy arrays: float64 and int64; rad, m, s unless ns. nanobind
+refuses other types and shapes (TypeError); invalid numbers raise :class:`ArrayError`. Calls release the GIL and respond
+to Ctrl-C. Objects may be used by several threads, except a ``Look``. Sums have a fixed order and no fused operations,
+so every compiler and processor gives the same bits, on any number of threads.
 """
 
 from planner.base.errors import InstallationError

@@ -1,4 +1,4 @@
-"""What follows from cheapest paths in graphs."""
+"""Queries on graphs by cheapest paths."""
 
 import numpy as np
 
@@ -7,11 +7,11 @@ from planner.native.compiled import cheapest_costs, cheapest_path
 
 
 def cheapest_nodes(nodes: int, arcs: Ints, cost: Floats, starts: Ints, goals: Ints) -> Ints:
-    """The nodes (k,) of :func:`planner.native.compiled.cheapest_path`."""
+    """Return the nodes (k,) of :func:`planner.native.compiled.cheapest_path`."""
     return cheapest_path(nodes, arcs, cost, starts, goals)[0]
 
 
 def reachable(begin: Bools, arcs: Ints) -> Bools:
-    """(n,) which nodes a path over ``arcs`` (m, 2), directed, leads to from those where ``begin`` (n,) is True."""
+    """Return which nodes (n,) directed ``arcs`` (m, 2) connect from those in the mask ``begin`` (n,)."""
     starts = np.flatnonzero(begin)
     return np.isfinite(cheapest_costs(len(begin), arcs[:, ::-1], np.ones(len(arcs)), starts, np.zeros(len(starts))))

@@ -1,4 +1,4 @@
-"""Paths that become cheaper: the compiled code finds, prices and proves a move in one call."""
+"""Refinement of paths: the compiled code chooses, prices and proves a move in one call."""
 
 from typing import NamedTuple
 
@@ -8,10 +8,7 @@ from planner.native.compiled import Charge, NativeBounds, NativeWorld
 
 
 class ProofSettings(NamedTuple):
-    """What motions are to be: cheap, by their ``charge``, and proven with ``resolution`` (m) to spare.
-
-    ``bounds`` are those of this very world.
-    """
+    """World, ``bounds`` of that world, resolution (m) of proofs, and cost of motions."""
 
     world: NativeWorld
     bounds: NativeBounds
@@ -20,9 +17,9 @@ class ProofSettings(NamedTuple):
 
 
 class Step(NamedTuple):
-    """How far waypoints go in a sweep of a descent (``size``, rad), and which share of them ``moved`` in the last one.
+    """Step size (rad) of a descent, and the share of waypoints ``moved`` in the last sweep.
 
-    It shrinks where few of them move.
+    It shrinks when few move.
     """
 
     size: float
@@ -30,12 +27,12 @@ class Step(NamedTuple):
 
 
 class Descent(NamedTuple):
-    """Sweeps over ``path`` (n, dof), whose waypoints move downhill: every second one from row ``first`` (1 or 2) on.
+    """Sweeps that move every second waypoint of ``path`` (n, dof) downhill, from row ``first`` (1 or 2).
 
-    Then those between them, and so on, until steps are below ``least``. A waypoint moves to a place that is cheaper by
-    more than ``gain``, relative, and within ``limits`` (dof,) unless the joint wraps. ``mixes`` (m, 2): how much of a
-    step downhill, and of the way to the middle of the neighbours; ``draws`` (sweeps, (n - 1) // 2, d, dof + 1): what is
-    added to the unit direction downhill, and how much of a step is made. ``most`` for each waypoint, the cheapest.
+    Sweeps alternate until steps are below ``least``. A move must reduce the cost by more than ``gain``, relative,
+    within ``limits`` (dof,) unless the joint wraps. ``mixes`` (m, 2): shares of a step downhill and of the way to the
+    middle of the neighbours; ``draws`` (sweeps, (n - 1) // 2, d, dof + 1): additions to the unit direction downhill,
+    and shares of a step. Up to ``most`` candidates per waypoint, cheapest first.
     """
 
     path: Floats
@@ -50,11 +47,11 @@ class Descent(NamedTuple):
 
 
 class EvenStretches(NamedTuple):
-    """Tries to make ``path`` (n, dof) cheaper: some joints go a share of the way to moving evenly on a stretch of it.
+    """Tries to make ``path`` (n, dof) cheaper: some joints move more evenly on a stretch.
 
-    Each try has k stretches: ``ends`` (tries, k, 2) are first and last rows of the path, ``joints`` (tries, k, dof)
-    which move, ``shares`` (tries, k) of the way. The ``most`` count that gain most, if that is more than ``gain``,
-    relative to the whole path.
+    Each try has k stretches: first and last rows ``ends`` (tries, k, 2), moving ``joints`` (tries, k, dof), and
+    ``shares`` (tries, k) of the way to even motion. Up to ``most`` candidates with a gain above ``gain``, relative to
+    the whole path.
     """
 
     path: Floats
@@ -66,10 +63,9 @@ class EvenStretches(NamedTuple):
 
 
 class RefinedPath(NamedTuple):
-    """A ``path`` (n, dof), and clearance and samples (n - 1,) of its motions that are new, -1 samples of others.
+    """A ``path`` (n, dof), and clearance and samples (n - 1,) of its new motions; -1 samples for others.
 
-    ``chosen`` are for each waypoint of the last sweep of a descent (those behind them mean nothing), or for each try,
-    the number of what was taken, or -1.
+    ``chosen`` is the number of the candidate taken, or -1, for each waypoint of the last sweep or for each try.
     """
 
     path: Floats
@@ -79,18 +75,17 @@ class RefinedPath(NamedTuple):
 
 
 def descend(judge: ProofSettings, descent: Descent, begin: Ints | None = None) -> tuple[RefinedPath, int, Step]:
-    """The path after its waypoints moved, each to its cheapest place that is reached and left by proven motions.
+    """Return the path after proven moves of its waypoints, the number of sweeps, and the next step.
 
-    After how many sweeps, and the step of the next one. In the first sweep the ``begin`` ((n - 1) // 2,) cheapest
-    places of each waypoint are left out.
+    In the first sweep the ``begin`` ((n - 1) // 2,) cheapest candidates of each waypoint are skipped.
     """
     found, sweeps, step = compiled.descend(*judge, *descent, begin)
     return RefinedPath(*found), sweeps, Step(*step)
 
 
 def even_stretches(judge: ProofSettings, stretches: EvenStretches, begin: int = 0) -> RefinedPath:
-    """The path after all tries: each takes the stretch that gains most of those whose motions are then proven.
+    """Return the path after all tries: each takes the most profitable stretch with proven motions.
 
-    The ``begin`` best ones of the first try are left out.
+    The first try skips its ``begin`` best candidates.
     """
     return RefinedPath(*compiled.even_stretches(*judge, *stretches, begin))

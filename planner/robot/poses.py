@@ -1,4 +1,4 @@
-"""Rigid placements as 4x4 homogeneous matrices: metres, and rotations from rpy or quaternion."""
+"""Rigid placements as 4x4 homogeneous matrices, in metres, from rpy or quaternions."""
 
 from collections.abc import Sequence
 
@@ -14,11 +14,11 @@ def pose(
     rpy: Sequence[float] | None = None,
     quaternion: Sequence[float] | None = None,
 ) -> Floats:
-    """The (4, 4) placement at ``position`` (m), turned by ``rpy`` (rad, fixed axes) or ``quaternion`` [x, y, z, w].
+    """Return the (4, 4) placement at ``position`` (m), rotated by ``rpy`` (rad) or ``quaternion``.
 
-    A ``pinocchio.SE3`` or an array (4, 4) in place of the position is checked and returned as an array. The quaternion
-    is normalised. :class:`ArrayError`, which is a ValueError, for a zero one, for what is no finite numbers, and for a
-    matrix that is not rigid.
+    ``rpy`` turns about fixed axes; ``quaternion`` is [x, y, z, w] and is normalized. A ``pinocchio.SE3`` or an array
+    (4, 4) in place of the position is checked and returned. Raises :class:`ArrayError` (a ValueError) for a zero
+    quaternion, for values that are not finite and for matrices that are not rigid.
     """
     if is_placement(position):
         if rpy is not None or quaternion is not None:
@@ -32,16 +32,16 @@ def pose(
         q = numbers("quaternion", quaternion, (4,))
         norm = length(q)
         if not norm > 1e-9:
-            raise ArrayError("a quaternion of zero length has no direction; [0, 0, 0, 1] is no turn")
+            raise ArrayError("quaternion must not be zero, got [0, 0, 0, 0]; [0, 0, 0, 1] is the identity")
         matrix[:3, :3] = pin.Quaternion(q / norm).toRotationMatrix()
     return frozen(matrix)
 
 
 def quaternion_of(rotation: Floats) -> list[float]:
-    """The unit quaternion [x, y, z, w] of a rotation matrix (3, 3), which :func:`pose` takes."""
+    """Return the unit quaternion [x, y, z, w] of a rotation matrix (3, 3)."""
     return pin.Quaternion(np.array(rotation)).normalized().coeffs().tolist()
 
 
 def se3(matrix: Floats) -> pin.SE3:
-    """A (4, 4) placement as Pinocchio's SE3."""
+    """Return a (4, 4) placement as Pinocchio's SE3."""
     return pin.SE3(np.array(matrix))

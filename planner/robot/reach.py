@@ -1,8 +1,8 @@
-"""How far any point of a link can be from a joint's axis: the factor between joint motion and motion in the room.
+"""Reach of links from joint axes: the factor from joint motion to motion of points (m).
 
-Joints are those of a :class:`~planner.kinematics.forward.Chain`, which include joints that follow planned ones.
-Turning joint j by dq moves no point of a link further than R_j |dq|, with R_j the link's reach from that axis, and
-a sum over the joints bounds the motion along any straight joint-space segment (Schwarzer, Saha and Latombe 2005).
+Joints are those of a :class:`~planner.kinematics.forward.Chain`, which includes joints that follow planned ones. A
+rotation of joint j by dq moves no point of a link farther than R_j |dq|, where R_j is the link's reach from that axis;
+the sum over joints bounds the motion along any straight joint segment (Schwarzer, Saha and Latombe 2005).
 """
 
 from __future__ import annotations
@@ -20,9 +20,9 @@ from planner.robot.shapes import Body, max_distance_from_axis, max_distance_from
 
 @dataclass(frozen=True, eq=False)
 class Reach:
-    """``bodies`` (n_bodies, joints): metres a point of the body moves at most per unit of each joint (0: not carried).
+    """Largest motion (m) of each body's points per unit of each joint; 0 if not carried.
 
-    Valid for every configuration within the joint limits.
+    Valid for all configurations within the joint limits. ``bodies`` is (n_bodies, joints).
     """
 
     bodies: Floats
@@ -30,31 +30,31 @@ class Reach:
 
     @staticmethod
     def from_robot(robot: Robot, bodies: tuple[Body, ...] | None = None) -> Reach:
-        """Reach of the robot's own bodies, or of any others that its joints carry."""
+        """Return the reach of the robot's own bodies, or of others that its joints carry."""
         if bodies is None:
             return _own_reach(robot)
         chain, reach = Chain.from_arm(robot), [_reach_of(robot.without_payload, body) for body in bodies]
         return Reach(frozen(np.reshape(reach, (len(bodies), len(chain.parent)))), chain)
 
     def motion(self, delta: Floats) -> Floats:
-        """The most that any point of each body moves (m), (n, n_bodies), along joint segments ``delta`` (n, dof)."""
+        """Return bounds (n, n_bodies) m on the motion of each body along joint segments ``delta`` (n, dof)."""
         return product(self.chain.sizes(delta), self.bodies.T)
 
     def relative(self, pairs: np.ndarray) -> Floats:
-        """(n_pairs, joints): the same for one body seen from another; joints that carry both do not count."""
+        """Return the reach (n_pairs, joints) of pairs; joints that carry both bodies do not count."""
         first, second = self.bodies[pairs[:, 0]], self.bodies[pairs[:, 1]]
         return np.where((first > 0) & (second > 0), 0.0, first + second)
 
 
 @lru_cache(maxsize=16)
 def _own_reach(robot: Robot) -> Reach:
-    """Kept, as a world that changes asks for the same robot's again and again."""
+    """Cached, because worlds that change keep their robot."""
     return Reach.from_robot(robot, robot.bodies)
 
 
 @lru_cache(maxsize=2048)
 def _reach_of(robot: Robot, body: Body) -> Floats:
-    """Walking down from the body: the distance from a joint's origin to the body's farthest point, never too small."""
+    """Return the reach (joints,) of a body, by distances summed down the chain."""
     chain = Chain.from_arm(robot)
     reach = np.zeros(len(chain.parent))
     if body.joint == 0:
@@ -63,7 +63,7 @@ def _reach_of(robot: Robot, body: Body) -> Floats:
     radius = max_distance_from_origin(body.shape, body.placement)
     across = max_distance_from_axis(body.shape, body.placement, chain.axis[joint])
     while True:
-        # a tiny positive reach marks "carried" even for a body that lies on the axis
+        # a tiny positive reach marks a carried body that lies on the axis
         reach[joint] = 1.0 if chain.prismatic[joint] else max(across, 1e-12)
         radius += travel(robot, chain, joint)
         parent = int(chain.parent[joint]) - 1
@@ -76,10 +76,10 @@ def _reach_of(robot: Robot, body: Body) -> Floats:
 
 
 def pair_reach(robot: Robot, first: Body, second: Body) -> Floats:
-    """(joints,) metres by which a joint's motion can change the distance of two bodies at most, per unit of each joint.
+    """Return bounds (joints,) m on the change of a pair's distance, per unit of each joint.
 
-    Where the first hangs above the second, a joint between them as well moves the one as seen from the other: whichever
-    body reaches less far from its axis bounds the change. So it is never more than :meth:`Reach.relative`.
+    If the first body hangs above the second, a joint between them is bounded by the smaller reach of the two bodies, so
+    the result never exceeds :meth:`Reach.relative`.
     """
     return _pair_reach(robot.without_payload, first, second)
 
@@ -88,9 +88,9 @@ def pair_reach(robot: Robot, first: Body, second: Body) -> Floats:
 def _pair_reach(robot: Robot, first: Body, second: Body) -> Floats:
     reach = Reach.from_robot(robot, (first, second)).relative(np.array([[0, 1]]))[0]
     chain, radius = Chain.from_arm(robot), 0.0
-    for number, joint in enumerate(_joints_down_to(chain, first.joint, second.joint)):
+    for number, joint in enumerate(_joints_between(chain, first.joint, second.joint)):
         if number == 0:
-            across, radius = _from_below(robot, first, joint)
+            across, radius = _reach_from_below(robot, first, joint)
         else:
             radius += length(chain.offset[joint - 1])
             across = radius
@@ -101,15 +101,15 @@ def _pair_reach(robot: Robot, first: Body, second: Body) -> Floats:
 
 
 @lru_cache(maxsize=2048)
-def _from_below(robot: Robot, body: Body, joint: int) -> tuple[float, float]:
-    """How far a body is at most from the axis and the origin of the ``joint`` below the one that carries it."""
+def _reach_from_below(robot: Robot, body: Body, joint: int) -> tuple[float, float]:
+    """Return a body's largest distances from the axis and from the origin of the next joint below."""
     turned = robot.model.jointPlacements[joint].inverse().homogeneous @ body.placement
     axis = Chain.from_arm(robot).axis[joint - 1]
     return max_distance_from_axis(body.shape, turned, axis), max_distance_from_origin(body.shape, turned)
 
 
-def _joints_down_to(chain: Chain, top: int, joint: int) -> list[int]:
-    """The joints below ``top`` on the way down to ``joint``; none where that does not hang below it."""
+def _joints_between(chain: Chain, top: int, joint: int) -> list[int]:
+    """Return the joints below ``top`` down to ``joint``; none if ``joint`` does not hang below it."""
     joints = []
     while joint not in (top, 0):
         joints.insert(0, joint)

@@ -1,4 +1,4 @@
-"""A robot arm as the planner sees it: planned joints, limits, bodies, tool frame."""
+"""The robot arm: planned joints, limits, bodies and tool frame."""
 
 from __future__ import annotations
 
@@ -38,35 +38,35 @@ from planner.robot.shapes import Body, Carried
 
 _log = logging.getLogger(__name__)
 
-_MOST_TURNS = 4  # in either direction: limits of more are taken for degrees
+_MOST_TURNS = 4  # in either direction: larger limits are probably degrees
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Robot(Arm):
-    """A robot arm with its planned joints; configurations are (n, dof) arrays of joint values, rad (m where prismatic).
-
-    A continuous joint is one angle like any other; ``continuous`` says which may wrap. Load with :meth:`load`:
+    """A robot arm; configurations are (n, dof) arrays of joint values in rad (m for sliding joints).
 
         robot = Robot.load("iiwa14")
         robot.joints, robot.lower, robot.upper
         robot.fk(robot.home), robot.jacobian(robot.home), robot.manipulability(robot.home)
+
+    A continuous joint has one angle; ``continuous`` marks the joints that may wrap.
     """
 
     name: str
     description: str
-    velocity: Floats  # (dof,) rad/s, m/s where it slides, 0 where the URDF says nothing
+    velocity: Floats  # (dof,) rad/s, m/s for sliding joints, 0 if the URDF has no limit
     bodies: tuple[Body, ...]
-    disabled_pairs: frozenset[frozenset[str]] | None  # None: nobody has said
+    disabled_pairs: frozenset[frozenset[str]] | None  # None: not specified
     fixed_joints: Mapping[str, float]
     base: Floats  # (4, 4)
     source: urdf.Description = field(repr=False)
-    carried: tuple[Body, ...] = ()  # of ``bodies``, those that a link holds without being part of it
-    touching: frozenset[frozenset[str]] = frozenset()  # what these may touch, by name
-    states: Mapping[str, tuple[float, ...]] = field(default_factory=dict)  # named by its SRDF, of the planned joints
-    motion: MotionFile | None = None  # of the planned joints, in their order; None: nobody has said
+    carried: tuple[Body, ...] = ()  # payload among ``bodies``
+    touching: frozenset[frozenset[str]] = frozenset()  # allowed contacts of the payload, by name
+    states: Mapping[str, tuple[float, ...]] = field(default_factory=dict)  # SRDF states of the planned joints
+    motion: MotionFile | None = None  # of the planned joints, in their order; None: not specified
     shares: Mapping[str, float] = field(default_factory=dict)  # of its velocities and accelerations, as a request asks
-    world_frame: str = ""  # how its SRDF calls the frame that its base stands in
-    notes: tuple[Note, ...] = ()  # of what was passed over in its files, or in a request to it
+    world_frame: str = ""  # the SRDF's name of the frame of the base
+    notes: tuple[Note, ...] = ()  # on ignored content of its files and of a request
 
     def __repr__(self) -> str:
         return f"<Robot: {self.name}, {self.dof} joints, tool {self.tool}>"
@@ -80,11 +80,11 @@ class Robot(Arm):
         choice: JointChoice = ALL_JOINTS,
         srdf: StrPath | None = None,
     ) -> Robot:
-        """A built-in robot by name, or any robot by the path of its robot.yaml or URDF, or the text of that.
+        """Load a built-in robot by name, or any robot from a robot.yaml, a URDF path or URDF text.
 
-        ``tool`` is a frame of the URDF (left out: a likely one, as tool0, or the only tip), ``fixed_joints``
-        holds joints at values (rad, m), ``base`` places the robot in the world (4, 4), ``choice`` says which joints are
-        planned, ``srdf`` is a file in place of the robot's own. Raises :class:`RobotError` naming the choices.
+        ``tool`` is a frame of the URDF (default: a usual tool name or the only tip), ``fixed_joints`` holds joints at
+        values (rad, m), ``base`` (4, 4) places the robot in the world, ``choice`` selects the planned joints, ``srdf``
+        replaces the robot's own. Raises :class:`RobotError` with the valid choices.
         """
         return assemble(read_robot(name, srdf), tool, choice, fixed_joints, base)
 
@@ -98,23 +98,23 @@ class Robot(Arm):
         base: Floats | pin.SE3 | None = None,
         choice: JointChoice = ALL_JOINTS,
     ) -> Robot:
-        """The robot of Pinocchio's model, the geometry that collides, and that which pictures show.
+        """Return a robot from Pinocchio's model and its collision and visual geometry.
 
             Robot.from_pinocchio(*pinocchio.buildModelsFromUrdf("arm.urdf"), tool="tool0")
 
-        Joints that mimic follow. Collision pairs say which links are checked against each other; without any they are
-        worked out. The rest is as in :meth:`load`. Raises :class:`RobotError` for other joints and other shapes.
+        Mimic joints follow. Collision pairs select the link pairs to check; without any, these are computed. Other
+        arguments are as in :meth:`load`. Raises :class:`RobotError` for unsupported joints and shapes.
         """
         return assemble(files_of_model(model, collision, visual), tool, choice, fixed_joints, base)
 
     def fk(self, q: ArrayLike, frame: str | None = None) -> Floats:
-        """The pose (..., 4, 4) in the world of a frame, the tool where left out, at configurations (..., dof).
+        """Return the pose (..., 4, 4) of a frame (default: the tool) at configurations (..., dof).
 
             robot = planner.Robot.load("panda")
             robot.fk(robot.home)[:3, 3]                  # the tool's position, m
             robot.fk([robot.home, robot.home], "panda_link4").shape
 
-        Raises :class:`RobotError` for a frame that the robot lacks, :class:`ArrayError` for other shapes.
+        Raises :class:`RobotError` for an unknown frame, :class:`ArrayError` for other shapes.
         """
         rows, shape = self._configurations(q)
         at = self.model.frames[self._frame(frame)]
@@ -125,11 +125,11 @@ class Robot(Arm):
         return poses.reshape(*shape, 4, 4)
 
     def jacobian(self, q: ArrayLike, frame: str | None = None) -> Floats:
-        """The Jacobian (..., 6, dof) of a frame, the tool where left out, at configurations (..., dof).
+        """Return the Jacobian (..., 6, dof) of a frame (default: the tool) at configurations (..., dof).
 
             robot.jacobian(q) @ qd                       # linear (m/s), then angular velocity (rad/s), world axes
 
-        The linear rows are of the frame's origin. Raises as :meth:`fk` does.
+        Linear rows are those of the frame's origin. Raises as :meth:`fk` does.
         """
         rows, shape = self._configurations(q)
         return full_jacobians(self, rows, self._frame(frame)).reshape(*shape, 6, self.dof)
@@ -143,14 +143,14 @@ class Robot(Arm):
         starts: int = 50,
         seed: int = 0,
     ) -> Floats:
-        """Configurations (k, dof) within limits that bring the tool to a pose (4, 4), or to a position (3,) in m.
+        """Return configurations (k, dof) within limits for a tool pose (4, 4) or position (3,), m.
 
             robot.ik(robot.fk(q), near=q)[0]             # q again
             robot.ik([0.5, 0.1, 0.4])                    # any orientation
 
-        Damped least squares from ``starts`` seeds. The solution of the highest manipulability comes first, or the one
-        that is nearest to the configuration ``near`` (dof,). None of the rows may be free of collision; (0, dof) where
-        no solution was found. A pose that the arm cannot reach exactly is reached within ``tolerance`` (m, rad).
+        Damped least squares from ``starts`` seeds, to within ``tolerance`` (m, rad). Solutions are sorted by
+        manipulability, or by distance from the configuration ``near`` (dof,). They may collide. The result is (0, dof)
+        if no solution exists.
         """
         target = pose if isinstance(pose, pin.SE3) else _pose_or_position(pose)
         rng = np.random.default_rng(seed)
@@ -161,18 +161,18 @@ class Robot(Arm):
         return found[np.argsort(np.linalg.norm(self.difference(begin, found), axis=1), kind="stable")]
 
     def manipulability(self, q: ArrayLike) -> Floats:
-        """Yoshikawa's w (...), or the robot's own measure, at configurations (..., dof); 0 where singular.
+        """Return Yoshikawa's w (...), or the robot's own measure, at configurations (..., dof).
 
             robot.manipulability(robot.home)
 
         w is the product of the singular values of the rows ``robot.jacobian_rows`` of the tool's Jacobian: m³ for
-        "pose" and "translation", no unit for "rotation", m² for "planar".
+        "pose" and "translation", no unit for "rotation", m² for "planar"; 0 at singularities.
         """
         rows, shape = self._configurations(q)
         return manipulability(self, rows).reshape(shape)
 
     def condition_number(self, q: ArrayLike) -> Floats:
-        """The condition number (...) of the rows ``robot.jacobian_rows`` at (..., dof); inf where singular.
+        """Return the condition number (...) of the rows ``robot.jacobian_rows``; inf at singularities.
 
             robot.condition_number(robot.home)
 
@@ -187,7 +187,7 @@ class Robot(Arm):
         return self.tool_id if name is None else frame_id(self.model, name)
 
     def _configurations(self, q: ArrayLike) -> tuple[Floats, tuple[int, ...]]:
-        """Configurations (..., dof) as rows (n, dof), and the shape of ``...``."""
+        """Return configurations (..., dof) as rows (n, dof), and the leading shape."""
         given = np.asarray(q, dtype=float)
         if given.ndim < 1 or given.shape[-1] != self.dof:
             text = f"q must be an array of shape (..., {self.dof}), got {given.shape}: give a value for each joint."
@@ -196,7 +196,7 @@ class Robot(Arm):
 
     @cached_property
     def identity(self) -> str:
-        """A hash of everything that decides where a configuration puts which geometry, and what is checked."""
+        """A hash of everything that determines placed geometry and checked pairs."""
         model, tool = self.model, self.model.frames[self.tool_id]
         disabled = None if self.disabled_pairs is None else sorted(sorted(pair) for pair in self.disabled_pairs)
         values: list[Any] = [self.joints, self.lower, self.upper, self.continuous, self.jacobian_rows, disabled]
@@ -207,7 +207,7 @@ class Robot(Arm):
         for joint in range(1, model.njoints):
             values += [int(model.parents[joint]), model.joints[joint].shortname()]
             values += [np.array(model.jointPlacements[joint].homogeneous)]
-        # axes that are no coordinate axes show in where the joints are once all have moved
+        # joint placements after a motion of all joints identify axes that are not coordinate axes
         data = model.createData()
         pin.forwardKinematics(model, data, np.full(model.nq, 0.5))
         values += [np.round(data.oMi[joint].homogeneous, 9) + 0.0 for joint in range(1, model.njoints)]
@@ -218,9 +218,9 @@ class Robot(Arm):
 
 
 def with_carried(robot: Robot, carried: Sequence[Carried]) -> Robot:
-    """The robot holding further shapes; each counts as a link of its own name that may touch the link that holds it.
+    """Return the robot with payload shapes, each a link of its own name that may touch its holder.
 
-    Raises :class:`RobotError` where a frame is not there, or a name is a link's.
+    Raises :class:`RobotError` for an unknown frame or the name of a link.
     """
     bodies, touching = [], set(robot.touching)
     for item in carried:
@@ -241,7 +241,7 @@ def with_carried(robot: Robot, carried: Sequence[Carried]) -> Robot:
 
 
 def without_carried(robot: Robot, name: str) -> Robot:
-    """The robot without one of the shapes that it holds; as it is where it holds none of that name."""
+    """Return the robot without the payload ``name``, or unchanged if it has none of that name."""
     if name not in {body.link for body in robot.carried}:
         return robot
     return replace(
@@ -253,7 +253,7 @@ def without_carried(robot: Robot, name: str) -> Robot:
 
 
 def frame_of_carried(robot: Robot, item: Carried) -> pin.Frame:
-    """The frame that a carried shape is placed in; :class:`RobotError` where it does not move with its link."""
+    """Return the frame of a payload shape; :class:`RobotError` if it does not move with its link."""
     holder = robot.model.frames[frame_id(robot.model, item.link)]
     if item.frame in ("", item.link):
         return holder
@@ -267,7 +267,7 @@ def frame_of_carried(robot: Robot, item: Carried) -> pin.Frame:
 
 
 def _pose_or_position(given: ArrayLike) -> pin.SE3 | Floats:
-    """A pose out of (4, 4), a position as it is."""
+    """Return an SE3 for a (4, 4) array, and a position (3,) unchanged."""
     array = np.asarray(given, dtype=float)
     if array.shape == (3,):
         return numbers("pose", array, (3,))
@@ -275,7 +275,7 @@ def _pose_or_position(given: ArrayLike) -> pin.SE3 | Floats:
 
 
 def with_tool(robot: Robot, tool: str | None) -> Robot:
-    """The robot with another tool frame, where one is named; :class:`RobotError` names the choices."""
+    """Return the robot with another tool frame, or unchanged for None."""
     if tool is None or tool == robot.tool:
         return robot
     frame_id(robot.model, tool)
@@ -283,23 +283,23 @@ def with_tool(robot: Robot, tool: str | None) -> Robot:
 
 
 def with_widened_limits(robot: Robot, configurations: Floats) -> Robot:
-    """The robot with limits that hold all of ``configurations`` (n, dof), where its own do not."""
+    """Return the robot with limits that include all ``configurations`` (n, dof)."""
     lower = np.minimum(robot.lower, np.min(configurations, axis=0))
     upper = np.maximum(robot.upper, np.max(configurations, axis=0))
     return replace(robot, lower=frozen(lower), upper=frozen(upper))
 
 
 def load_visuals(robot: Robot) -> tuple[Body, ...]:
-    """The bodies that are drawn; slow for detailed meshes, so asked only when a picture is made.
+    """Return the bodies to draw; slow for detailed meshes.
 
-    Where they cannot be read these are the collision bodies: by now a path has been planned, which is not to be lost.
+    Falls back to the collision bodies with a warning, so that a finished plan is not lost.
     """
     full = urdf.build_model(robot.source)
     try:
         moving = tuple(robot.model.names)
         return (*read_bodies(robot.source, full, "visual", moving, robot.fixed_joints, robot.base)[1], *robot.carried)
     except (RobotError, FileError) as error:
-        _log.warning("the page shows the shapes that collide, as those to look at cannot be read: %s", error)
+        _log.warning("the page shows the collision shapes, because the visual shapes cannot be read: %s", error)
         return robot.bodies
 
 
@@ -310,12 +310,12 @@ def assemble(
     fixed: Mapping[str, float] | None = None,
     base: Floats | None = None,
 ) -> Robot:
-    """The robot of ``files``, set up as :meth:`Robot.load` says."""
+    """Return the robot of ``files``, with arguments as in :meth:`Robot.load`."""
     file, description, on_tool = files.file, files.description, files.notes_on_tool(tool, choice)
     tool, planned = files.tool(tool, choice), files.planned_joints(tool, choice, fixed or {})
     _check_joints(files, planned, tool)
     fixed = {**file.fixed_joints, **(fixed or {})}
-    # joints that are neither planned nor fixed are held, unless at zero, as home says; those that mimic follow
+    # joints that are neither planned nor fixed stay at home, unless that is zero; mimic joints follow
     free = {*planned, *fixed, *(item.joint for item in description.mimics)}
     fixed = {joint: value for joint, value in files.home.items() if joint not in free and value} | fixed
     base = pose() if base is None else placement("base", base)
@@ -323,7 +323,7 @@ def assemble(
     moving = [*planned, *(item.joint for item in followers)]
     model, bodies = read_bodies(description, files.model, "collision", moving, held, base)
     _check_limits(model)
-    endless, narrowed = urdf.narrow_limits(model, followers, description.continuous)
+    endless, limit_notes = urdf.narrow_limits(model, followers, description.continuous)
     rows = [model.getJointId(name) - 1 for name in planned]
     lower, upper = frozen(model.lowerPositionLimit[rows]), frozen(model.upperPositionLimit[rows])
     home = [files.home.get(name, at) for name, at in zip(planned, np.clip(0.0, lower, upper), strict=True)]
@@ -348,7 +348,7 @@ def assemble(
             *files.notes,
             *on_tool,
             *collada_notes(mesh_files(description)),
-            *narrowed,
+            *limit_notes,
         ),
         model=model,
         bodies=bodies,
@@ -374,7 +374,7 @@ def _check_limits(model: pin.Model) -> None:
         elif max(abs(low), abs(high)) <= (FARTHEST if slides else _MOST_TURNS * TURN):
             continue
         elif slides:
-            text = "give it real ones, in metres, in the URDF."
+            text = "give it limits in metres in the URDF."
         else:
             text = "degrees? 180 degrees are 3.1416 rad; a joint that turns without end is of type continuous."
         raise RobotError(f"joint '{name}' has limits [{low:g}, {high:g}]: {text}")

@@ -1,4 +1,4 @@
-"""A robot in a scene: where the frames are that a scene names, and what makes little sense in the two."""
+"""A robot in a scene: frames that the scene names, and warnings about the combination."""
 
 import itertools
 from collections.abc import Iterator
@@ -16,16 +16,17 @@ from planner.robot.shapes import Carried, Mesh, Shape, bounding_box
 from planner.robot.solids import is_watertight
 
 _SAME = 1e-6  # m, and of a matrix's entries
-_FAR = 50.0  # times the arm's length: a part in millimetres that was read as metres is 1000 times too large
-_SHORT = 0.5  # m: a shorter arm, as a hand is, may well stand in a hall
-_OCTOMAP = "<octomap>"  # as MoveIt's matrices name one that is not there
+_FAR = 50.0  # times the arm's length: millimetres read as metres are 1000 times too large
+_SHORT = 0.5  # m: minimum length in this test, because a hand may stand in a hall
+_OCTOMAP = "<octomap>"  # name in MoveIt's matrices, also without an octomap
 
 
 def placement_of_frame(frame: str, robot: Robot, scene: Scene, what: str) -> Floats:
-    """The placement (4, 4) of a frame in the scene's own; :class:`SceneError` says that of ``what`` it is unknown.
+    """Return the placement (4, 4) of a frame in the scene's own frame.
 
-    Fixed frames of the scene come first, then the scene's own frame by the names that it has, then what stands of the
-    robot. The one frame in which a scene places its fixed frames is its own, if no link has that name.
+    Searched in order: fixed frames of the scene, names of the scene's own frame, links of the robot that do not move. A
+    parent that all fixed frames share is the scene's own frame unless a link has that name. Raises :class:`SceneError`
+    about ``what`` for unknown frames.
     """
     fixed = {} if scene.message is None else scene.message.frames
     if frame in fixed:
@@ -49,8 +50,8 @@ def placement_of_frame(frame: str, robot: Robot, scene: Scene, what: str) -> Flo
 
 
 def resolve_frames(scene: Scene, robot: Robot) -> Scene:
-    """The scene with its obstacles in its own frame, and what is carried in that of its link."""
-    _require_links_where_they_are(scene, robot)
+    """Return the scene with obstacles in its own frame, and carried shapes in that of their link."""
+    _require_consistent_frames(scene, robot)
     if not any(item.frame for item in (*scene.obstacles, *scene.carried)):
         return scene
     placed = {
@@ -69,8 +70,8 @@ def resolve_frames(scene: Scene, robot: Robot) -> Scene:
     )
 
 
-def _require_links_where_they_are(scene: Scene, robot: Robot) -> None:
-    """Raise :class:`SceneError` where fixed frames of a scene are links of the robot that stand elsewhere, or move."""
+def _require_consistent_frames(scene: Scene, robot: Robot) -> None:
+    """Raise :class:`SceneError` if a fixed frame of the scene is a link that moves or stands elsewhere."""
     fixed = {} if scene.message is None else scene.message.frames
     for each in robot.model.frames:
         if each.name not in fixed:
@@ -91,53 +92,53 @@ def _in_link(item: Carried, robot: Robot) -> Carried:
 
 
 def require_bodies(robot: Robot) -> None:
-    """Raise :class:`RobotError` for a robot that can touch nothing."""
+    """Raise :class:`RobotError` for a robot without collision geometry."""
     if not robot.bodies:
         raise RobotError(
-            f"robot '{robot.name}' has no collision geometry at all, so every path would be called free: add "
-            "<collision> elements to its URDF."
+            f"robot '{robot.name}' has no collision geometry, so every path would be free: add <collision> elements "
+            "to its URDF."
         )
 
 
 def notes(robot: Robot, scene: Scene) -> tuple[Note, ...]:
-    """What is doubtful about a robot and a scene, and what of their files was passed over."""
-    doubts = (*_of_robot(robot), *_of_scene(scene), *_far_away(robot, scene))
-    return (*doubts, *robot.notes, *scene.notes, *_names(robot, scene))
+    """Return warnings about a robot in a scene, and notes on ignored content of their files."""
+    doubts = (*_robot_notes(robot), *_scene_notes(scene), *_distance_notes(robot, scene))
+    return (*doubts, *robot.notes, *scene.notes, *_name_notes(robot, scene))
 
 
-def _of_robot(robot: Robot) -> Iterator[Note]:
-    """Links that are seen and that nothing can touch; meshes that are thinned, or not closed."""
+def _robot_notes(robot: Robot) -> Iterator[Note]:
+    """Yield notes on links without collision geometry and on simplified or open meshes."""
     if bare := sorted(robot.source.bare):
         yield Note(
             f"robot '{robot.name}' has visual but no collision geometry on {choices(bare)}: contacts of these links "
-            "are not seen; add <collision> elements to the URDF."
+            "are not detected; add <collision> elements to the URDF."
         )
     meshes = [(body.link, body.shape) for body in robot.bodies if isinstance(body.shape, Mesh)]
     if thin := {link: mesh.radius for link, mesh in meshes if mesh.radius}:
-        text = f"meshes of {choices(thin)} are thinned to fewer triangles: what comes within "
-        yield Note(f"{text}{1000 * max(thin.values()):.1f} mm of these counts as a contact.", grave=False)
+        text = f"meshes of {choices(thin)} are simplified to fewer triangles: a distance below "
+        yield Note(f"{text}{1000 * max(thin.values()):.1f} mm counts as a contact.", grave=False)
     if open_ := dict.fromkeys(link for link, mesh in meshes if not is_watertight(mesh)):
-        yield Note(f"meshes of {choices(open_)} are not closed: what is wholly inside them is not seen.", grave=False)
+        yield Note(f"meshes of {choices(open_)} are not closed: objects inside them are not detected.", grave=False)
 
 
-def _of_scene(scene: Scene) -> Iterator[Note]:
-    """Meshes that are not closed; and what moves, which only what has times can see."""
+def _scene_notes(scene: Scene) -> Iterator[Note]:
+    """Yield notes on open meshes, and on moving obstacles, which only planning in time considers."""
     for item in scene.obstacles:
         if isinstance(item.shape, Mesh) and not isinstance(item.shape, Seen) and not is_watertight(item.shape):
             yield Note(
-                f"mesh '{item.name}' is not closed, or its triangles do not all face in one direction: only what "
-                "crosses its surface is seen, not what is wholly inside."
+                f"mesh '{item.name}' is not closed, or its triangles do not all face in one direction: contacts of "
+                "its surface are detected, objects inside it are not."
             )
     if scene.moving:
         names = choices(item.name for item in scene.moving)
-        yield Note(f"{names} move: motions in time are planned and checked among them, paths without times are not.")
+        yield Note(f"{names} move: timed motions are planned and checked among them, paths without times are not.")
     if scene.limited:
-        text = "may leave their places: a trajectory's proof says until when nothing can touch."
+        text = "may move: the proof of a trajectory gives the time until which no contact is possible."
         yield Note(f"{choices(item.name for item in scene.limited)} {text}", grave=False)
 
 
-def _far_away(robot: Robot, scene: Scene) -> Iterator[Note]:
-    """Shapes that reach so far from the robot's base, or from the joint that moves them, that units are in doubt."""
+def _distance_notes(robot: Robot, scene: Scene) -> Iterator[Note]:
+    """Yield a note on shapes so far from the base, or from their joint, that units are in doubt."""
     model, base = robot.model, robot.base[:3, 3]
     steps = [model.jointPlacements[joint].translation for joint in range(2, model.njoints)]
     arm = sum(map(np.linalg.norm, [*steps, model.frames[robot.tool_id].placement.translation]))
@@ -151,16 +152,16 @@ def _far_away(robot: Robot, scene: Scene) -> Iterator[Note]:
 
 
 def _size(shape: Shape) -> float:
-    """The longest side (m) of the box around a shape, along its own axes."""
+    """Return the longest side (m) of the bounding box of a shape."""
     low, high = bounding_box(shape)
     return float((high - low).max())
 
 
-def _names(robot: Robot, scene: Scene) -> Iterator[Note]:
-    """Names of a scene that fit another robot or nothing, and permissions that only the robot's SRDF can give."""
+def _name_notes(robot: Robot, scene: Scene) -> Iterator[Note]:
+    """Yield notes on names that fit another robot, or nothing, and on permissions that the SRDF overrides."""
     message, where = scene.message, f"scene '{scene.name}'"
     if message is not None and message.robot not in ("", robot.name, robot.source.name):
-        yield Note(f"{where} was made for robot '{message.robot}', and this one is '{robot.name}'.")
+        yield Note(f"{where} is for robot '{message.robot}', but this robot is '{robot.name}'.")
     allowed, held = {*itertools.chain(*scene.allowed)}, {item.name: item.object for item in scene.carried}
     parts = {held.get(body.link, body.link) for body in robot.bodies}
     known = {*robot.source.links, *parts, *held, *held.values(), _OCTOMAP}
@@ -168,12 +169,12 @@ def _names(robot: Robot, scene: Scene) -> Iterator[Note]:
     known |= {item.name for item in scene.moving}
     if unknown := sorted({*allowed, *(link for item in scene.carried for link in item.touch_links)} - known):
         text = f"{where} allows contacts of {choices(unknown)}, which neither it nor the robot has."
-        yield Note(text, grave=message is None)  # MoveIt's matrices name what came and went
+        yield Note(text, grave=message is None)  # MoveIt's matrices also name removed objects
     touching = {frozenset(held.get(name, name) for name in pair) for pair in robot.touching}
     own = robot.disabled_pairs or frozenset()
     other = {pair for pair in scene.allowed if pair <= parts and pair not in own | touching}
     other |= message.checked & own if message is not None else set()
     if other:
         pairs = choices(" and ".join(sorted(pair)) for pair in sorted(other, key=sorted))
-        text = "says which links of the robot may touch, and is not followed, as the SRDF says otherwise"
+        text = "allows contacts of links of the robot, but the SRDF overrides it"
         yield Note(f"{where} {text}: {pairs}.", grave=False)

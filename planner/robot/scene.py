@@ -1,4 +1,4 @@
-"""The obstacles around the robot, with named starts and goals, and the YAML files that hold them."""
+"""The scene: obstacles, named states, and the YAML files that store them."""
 
 from __future__ import annotations
 
@@ -71,31 +71,31 @@ class PoseFile(Strict):
 
 
 class TimedPoseFile(PoseFile):
-    """Where an obstacle that moves is at ``t`` s."""
+    """Pose of a moving obstacle at ``t`` (s)."""
 
     t: Annotated[Number, pydantic.Field(ge=0, le=LONGEST)]
 
 
-class _Standing(PoseFile):
-    """An obstacle: it stands, or goes along a ``motion``, or may go anywhere within its ``speed_limit`` (m/s)."""
+class _ObstacleItem(PoseFile):
+    """An obstacle; it stands, follows a ``motion``, or may move within its ``speed_limit`` (m/s)."""
 
     name: Name = pydantic.Field(min_length=1)
     motion: tuple[TimedPoseFile, ...] = ()
     speed_limit: Annotated[Number, pydantic.Field(ge=0, le=FARTHEST)] = 0.0
 
     @pydantic.model_validator(mode="after")
-    def _one_place(self) -> _Standing:
+    def _one_motion(self) -> _ObstacleItem:
         if "motion" in self.model_fields_set:
             require_times([pose.t for pose in self.motion])
             if placed := {"position", "rpy", "quaternion", "speed_limit"} & self.model_fields_set:
-                raise ValueError(f"give a motion or a {min(placed)}, not both: the motion says where it is")
+                raise ValueError(f"give a motion or a {min(placed)}, not both")
         elif getattr(self, "type", "") in _SEEN and not {"position", "rpy", "quaternion"} & self.model_fields_set:
             raise ValueError("give the pose of the sensor, position: [0, 0, 0] where its numbers are the world's")
         return self
 
 
-class _Held(PoseFile):
-    """What is carried: placed in the frame of a link of the robot, which it may touch, as it may ``touch_links``."""
+class _CarriedItem(PoseFile):
+    """A payload in the frame of a link, which it may touch, as it may ``touch_links``."""
 
     name: Name = pydantic.Field(min_length=1)
     link: Name = pydantic.Field(min_length=1)
@@ -136,8 +136,8 @@ _SHAPES = {"box": Box, "sphere": Sphere, "cylinder": Cylinder, "capsule": Capsul
 _SEEN = {"points": _PointsFile, "voxels": _MeshFile, "depth": _DepthFile}
 
 
-def _with_shapes(thing: type[PoseFile], name: str, shapes: Mapping[str, Any] = _SHAPES) -> Any:
-    """The file models of a ``thing``: its keys, with those of the shape's class that ``type`` names."""
+def _models_by_shape(thing: type[PoseFile], name: str, shapes: Mapping[str, Any] = _SHAPES) -> Any:
+    """Return the union of file models of ``thing``, one per shape, selected by the key ``type``."""
     models = []
     for kind, shape in shapes.items():
         hints = get_type_hints(shape, include_extras=True)
@@ -147,12 +147,12 @@ def _with_shapes(thing: type[PoseFile], name: str, shapes: Mapping[str, Any] = _
     return Annotated[reduce(or_, models), pydantic.Field(discriminator="type")]
 
 
-ObstacleFile: TypeAlias = _with_shapes(_Standing, "", _SHAPES | _SEEN)  # pyright: ignore[reportInvalidTypeForm]
-CarriedFile: TypeAlias = _with_shapes(_Held, "Carried")  # pyright: ignore[reportInvalidTypeForm]
+ObstacleFile: TypeAlias = _models_by_shape(_ObstacleItem, "", _SHAPES | _SEEN)  # pyright: ignore[reportInvalidTypeForm]
+CarriedFile: TypeAlias = _models_by_shape(_CarriedItem, "Carried")  # pyright: ignore[reportInvalidTypeForm]
 
 
 class PlacementFile(Strict):
-    """How a scene sets a robot up: where its base stands, which tool it uses, what is held fixed."""
+    """Set-up of a robot in a scene: its base, tool and fixed joints."""
 
     base: PoseFile = PoseFile()
     tool: str | None = None
@@ -160,7 +160,7 @@ class PlacementFile(Strict):
 
 
 class SceneFile(Strict):
-    """What a scene file holds."""
+    """Content of a scene file."""
 
     name: Name | None = None
     description: str = ""
@@ -189,14 +189,13 @@ class SceneFile(Strict):
 
 @dataclass(frozen=True, eq=False)
 class Scene:
-    """Obstacles in the world frame and the named states and set-up of each robot. Load with :meth:`load`.
+    """Obstacles in the world frame, named states, and the set-up of each robot.
 
         Scene("cell", [{"type": "box", "size": [1, 1, 0.1], "position": [0, 0, -0.06]}])
 
-    Dicts with the keys of a scene file are obstacles, ``box_0`` where they have no name; their mesh files are relative
-    to the working directory. Those with a known motion become ``moving``. They are no part of the world that stands
-    still, of its roadmaps and paths: only a plan in time keeps
-    clear of them. Raises :class:`SceneError` for wrong keys and a name that stands twice.
+    Dicts with the keys of a scene file become obstacles, named ``box_0`` and so on by default; paths of their meshes
+    are relative to the working directory. Obstacles with a known motion become ``moving``: only timed plans avoid them;
+    the roadmap ignores them. Raises :class:`SceneError` for unknown keys and repeated names.
     """
 
     name: str = "scene"
@@ -207,8 +206,8 @@ class Scene:
     moving: tuple[MovingObstacle, ...] = ()
     carried: tuple[Carried, ...] = ()  # shapes that a link of the robot holds
     allowed: frozenset[frozenset[str]] = frozenset()  # pairs of names that may touch
-    message: PlanningScene | None = None  # MoveIt's, where it is one: what else it says
-    notes: tuple[Note, ...] = ()  # of what was passed over in its file, or in a request
+    message: PlanningScene | None = None  # the PlanningScene message, if the scene was read from one
+    notes: tuple[Note, ...] = ()  # on ignored content of its file or of a request
     constraints: str = ""  # on all motions, as ``--constraint`` takes them; no part of what stands there
 
     def __post_init__(self) -> None:
@@ -227,9 +226,9 @@ class Scene:
 
     @staticmethod
     def load(name: StrPath | SceneLike) -> Scene:
-        """A built-in scene by name, or by path: our own YAML, MoveIt's PlanningScene as YAML or its ``.scene`` text.
+        """Load a built-in scene by name, or our YAML, MoveIt's PlanningScene YAML or ``.scene`` text by path.
 
-        A scene is itself, None the empty one. Raises :class:`SceneError` or ``FileError``.
+        A scene is returned unchanged, None is the empty scene. Raises :class:`SceneError` or ``FileError``.
         """
         if isinstance(name, Scene):
             return name
@@ -248,24 +247,24 @@ class Scene:
             found = parse_scene_text(text, path) if is_text else parse_planning_scene(data, path)
             more = {"carried": found.carried, "allowed": found.allowed, "message": found, "notes": found.notes}
             return Scene(found.name, found.obstacles, "from MoveIt", **more)
-        return _build(validate(SceneFile, data, where, SceneError), path)
+        return _from_file(validate(SceneFile, data, where, SceneError), path)
 
     def placement(self, robot: str) -> PlacementFile:
-        """How this scene sets up a robot; the default where it says nothing."""
+        """Return the set-up of a robot in this scene, or the default."""
         return self.robots.get(robot, PlacementFile())
 
     @property
     def limited(self) -> tuple[Obstacle, ...]:
-        """The obstacles that may leave their place, each within its speed limit."""
+        """The obstacles that may move, each within its speed limit."""
         return tuple(item for item in self.obstacles if item.speed_limit > 0)
 
     def states_of(self, robot: str) -> Mapping[str, str]:
-        """The named states of a robot, each as its text."""
+        """Return the named states of a robot as text."""
         return self.states.get(robot, {})
 
     @property
     def identity(self) -> str:
-        """A hash of obstacles and permissions; their order does not matter, nor does a name without a permission."""
+        """A hash of obstacles and permissions, independent of order and of names without permissions."""
         solid = sorted(content_hash([*item.shape.content(), item.placement]) for item in self.obstacles)
         named = {item.object for item in self.obstacles}
         allowed = sorted(sorted(pair) for pair in self.allowed if pair & named)
@@ -274,7 +273,7 @@ class Scene:
 
 
 def _shape(item: ObstacleFile | CarriedFile, folder: Path) -> Shape:
-    """Return the shape that a file describes; meshes, points and voxels stand in files of their own in ``folder``."""
+    """Return the shape of an item; mesh paths are relative to ``folder``."""
     match item.type:
         case "mesh":
             return read_mesh(folder / item.file, item.scale)
@@ -306,12 +305,12 @@ def read_obstacle(item: ObstacleFile, folder: Path = Path()) -> list[Obstacle | 
 def build_obstacles(
     items: Iterable[Obstacle | MovingObstacle | Mapping[str, Any]], where: str
 ) -> tuple[list[Obstacle | MovingObstacle], tuple[Note, ...]]:
-    """Obstacles, dicts among ``items`` read as :class:`Scene` says, and what was passed over in their mesh files."""
+    """Return obstacles, with dicts converted as :class:`Scene` documents, and notes on mesh files."""
     given = list(items)
     if wrong := [item for item in given if not isinstance(item, Mapping | Obstacle | MovingObstacle)]:
         raise TypeError(f"obstacles must be planner.Obstacle, MovingObstacle or dicts, got {type(wrong[0]).__name__}.")
     dicts = [
-        {"name": f"{item.get('type')}_{k}"} | {key: _plain(value) for key, value in item.items()}
+        {"name": f"{item.get('type')}_{k}"} | {key: _as_plain_data(value) for key, value in item.items()}
         for k, item in enumerate(given)
         if isinstance(item, Mapping)
     ]
@@ -321,17 +320,17 @@ def build_obstacles(
     return [item for items in made for item in items], mesh_notes(files)
 
 
-def _plain(value: Any) -> Any:
-    """An array as a list, a path as text; else the value."""
+def _as_plain_data(value: Any) -> Any:
+    """Return an array as a list and a path as text; other values unchanged."""
     return value.tolist() if hasattr(value, "tolist") else os.fspath(value) if hasattr(value, "__fspath__") else value
 
 
 def mesh_notes(items: Iterable[ObstacleFile | CarriedFile], folder: Path = Path()) -> tuple[Note, ...]:
-    """What was passed over in the mesh files that ``items`` name, in that ``folder``."""
+    """Return notes on the mesh files of ``items``, relative to ``folder``."""
     return tuple(collada_notes(folder / item.file for item in items if item.type == "mesh"))
 
 
-def _build(file: SceneFile, path: Path) -> Scene:
+def _from_file(file: SceneFile, path: Path) -> Scene:
     folder = path.parent
     obstacles: Any = [obstacle for item in file.obstacles for obstacle in read_obstacle(item, folder)]
     return Scene(
@@ -351,26 +350,25 @@ def _build(file: SceneFile, path: Path) -> Scene:
 
 
 def write_scene(scene: Scene, path: StrPath) -> list[Path]:
-    """Write ``scene`` to ``path``, and every mesh as an OBJ file next to it; returns what was written.
+    """Write ``scene`` to ``path`` with each mesh in an OBJ file next to it; return the paths.
 
-    :meth:`Scene.load` reads the same scene from it, to rounding. Permissions are written shape by shape.
-    Raises :class:`FileError` where that cannot be done, :class:`SceneError` for what such a file has no words for: an
-    object that is placed in a frame of its own, a mesh with a radius.
+    :meth:`Scene.load` reads the same scene, to rounding. Raises :class:`FileError` if writing fails, and
+    :class:`SceneError` for objects in frames of their own and meshes with a radius, which the format does not support.
     """
     path = Path(path)
     if placed := [item.name for item in (*scene.obstacles, *scene.carried) if item.frame]:
-        raise SceneError(f"{choices(placed)}: a scene file cannot name the frame of its own: place it in the world.")
+        raise SceneError(f"{choices(placed)} must be placed in the world, got a frame of its own: transform it first.")
     shapes = [item.shape for item in (*scene.obstacles, *scene.moving, *scene.carried)]
     if any(isinstance(shape, Mesh) and shape.radius for shape in shapes):
-        raise SceneError("a scene file cannot give a mesh its radius: leave that out.")
+        raise SceneError("radius of a mesh must be 0 in a scene file, got more: remove the radius.")
     found = [shape for shape in shapes if isinstance(shape, Mesh)]
     meshes = {path.with_name(f"{path.stem}-{k}.obj"): mesh for k, mesh in enumerate(found)}
     files = iter(meshes)
     content = {
         "name": scene.name,
         "description": scene.description,
-        "obstacles": [_thing(item, files) for item in (*scene.obstacles, *scene.moving)],
-        "carried": [_thing(item, files) for item in scene.carried],
+        "obstacles": [_item_data(item, files) for item in (*scene.obstacles, *scene.moving)],
+        "carried": [_item_data(item, files) for item in scene.carried],
         "states": {robot: dict(named) for robot, named in scene.states.items()},
         "robots": {name: item.model_dump(exclude_defaults=True) for name, item in scene.robots.items()},
         "allowed": sorted(_permissions(scene)),
@@ -386,8 +384,8 @@ def write_scene(scene: Scene, path: StrPath) -> list[Path]:
     return [path, *meshes]
 
 
-def _thing(item: Obstacle | MovingObstacle | Carried, files: Iterator[Path]) -> dict[str, Any]:
-    """A thing under the keys of a scene file; a mesh is in the next of the ``files``."""
+def _item_data(item: Obstacle | MovingObstacle | Carried, files: Iterator[Path]) -> dict[str, Any]:
+    """Return an item under the keys of a scene file; a mesh takes the next of ``files``."""
     shape = {"file": next(files).name} if isinstance(item.shape, Mesh) else vars(item.shape)
     data = {"name": item.name, "type": type(item.shape).__name__.lower(), **shape}
     match item:
@@ -405,7 +403,7 @@ def _pose(placement: Floats) -> dict[str, Any]:
 
 
 def _permissions(scene: Scene) -> Iterator[list[str]]:
-    """Pairs of names that may touch, where a name is that of a shape or a link."""
+    """Yield pairs of names of shapes or links that may touch."""
     shapes: dict[str, list[str]] = {}
     for item in (*scene.obstacles, *scene.carried):
         shapes.setdefault(item.object, []).append(item.name)

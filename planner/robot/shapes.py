@@ -1,7 +1,7 @@
-"""Backend-neutral collision geometry: every checker and every clearance bound sees the same bodies.
+"""Backend-neutral shapes: checkers and clearance bounds share the same bodies.
 
-Shapes are centred on their own frame as URDF has them: cylinders and capsules along z, lengths without caps. Sizes are
-above 0, placements rigid, all of them finite: :class:`SceneError` for others.
+Shapes are centred in their frames as in URDF: cylinders and capsules along z, lengths without caps. Sizes are positive
+and placements rigid; :class:`SceneError` otherwise.
 """
 
 from __future__ import annotations
@@ -16,36 +16,36 @@ from planner.base.errors import SceneError
 from planner.base.yamlfile import FARTHEST, Size
 
 
-class _Sized:
-    """A shape that is made of its sizes: numbers above 0, in metres."""
+class _SizedShape:
+    """A shape defined by positive sizes in metres."""
 
     def __post_init__(self) -> None:
         for name, size in vars(self).items():
             what, shape = f"{type(self).__name__}.{name}", (3,) if name == "size" else ()
-            found = numbers(what, size, shape, SceneError, FARTHEST)
-            if not found.min() > 0:
-                raise SceneError(f"{what} is {size}: give metres above 0.")
-            object.__setattr__(self, name, tuple(found.tolist()) if shape else float(found))
+            size_or_sizes = numbers(what, size, shape, SceneError, FARTHEST)
+            if not size_or_sizes.min() > 0:
+                raise SceneError(f"{what} must be above 0 m, got {size}: give it in metres.")
+            object.__setattr__(self, name, tuple(size_or_sizes.tolist()) if shape else float(size_or_sizes))
 
     def content(self) -> list[Any]:
-        """What a hash of the shape is taken over: its kind and its numbers."""
+        """Return the values that a hash of the shape covers."""
         return [type(self).__name__, *vars(self).values()]
 
 
 @dataclass(frozen=True)
-class Box(_Sized):
+class Box(_SizedShape):
     """A box with full side lengths ``size`` (m)."""
 
     size: tuple[Size, Size, Size]
 
 
 @dataclass(frozen=True)
-class Sphere(_Sized):
+class Sphere(_SizedShape):
     radius: Size
 
 
 @dataclass(frozen=True)
-class Cylinder(_Sized):
+class Cylinder(_SizedShape):
     """A cylinder along z, centred: ``length`` (m) from disc to disc."""
 
     radius: Size
@@ -53,7 +53,7 @@ class Cylinder(_Sized):
 
 
 @dataclass(frozen=True)
-class Capsule(_Sized):
+class Capsule(_SizedShape):
     """A capsule along z: ``length`` (m) between the centres of its two half spheres."""
 
     radius: Size
@@ -62,10 +62,10 @@ class Capsule(_Sized):
 
 @dataclass(frozen=True, eq=False)
 class Mesh:
-    """A triangle surface: ``vertices`` (n, 3) in metres, ``triangles`` (m, 3) vertex indices, at least one.
+    """A triangle surface: ``vertices`` (n, 3) in metres and ``triangles`` (m, 3), at least one.
 
-    With a ``radius`` (m) it stands for a surface of more triangles no point of which is farther than that from it
-    (:func:`planner.robot.files.meshes.simplify`): what comes as near as that counts as a contact.
+    With a ``radius`` (m) it represents a finer surface within that distance
+    (:func:`planner.robot.files.meshes.simplify`): a distance below the radius counts as a contact.
     """
 
     vertices: Floats
@@ -76,20 +76,20 @@ class Mesh:
         vertices = numbers("Mesh.vertices", self.vertices, ("n", 3), SceneError, FARTHEST)
         triangles = indices("Mesh.triangles", self.triangles, ("m", 3), len(vertices), SceneError)
         if not len(triangles):
-            raise SceneError("a Mesh without triangles has no surface: give at least one.")
+            raise SceneError("Mesh.triangles must not be empty, got none: give at least one triangle.")
         object.__setattr__(self, "vertices", frozen(vertices))
         object.__setattr__(self, "triangles", frozen(triangles, np.int64))
         radius = float(numbers("Mesh.radius", self.radius, (), SceneError, FARTHEST))
         if not radius >= 0:
-            raise SceneError(f"Mesh.radius is {radius:g}: give metres from 0 on.")
+            raise SceneError(f"Mesh.radius must be at least 0 m, got {radius:g}: give it in metres.")
         object.__setattr__(self, "radius", radius)
 
     def content(self) -> list[Any]:
-        """What a hash of the shape is taken over."""
+        """Return the values that a hash of the shape covers."""
         return [type(self).__name__, self.vertices, self.triangles, *([self.radius] if self.radius else [])]
 
     def merge_vertices(self) -> Mesh:
-        """The same triangles with equal vertices as one, in the order in which triangles have them."""
+        """Return the same triangles with equal vertices merged, in the order of the triangles."""
         corners = self.vertices[self.triangles].reshape(-1, 3)
         first, which = distinct_rows(corners)
         order = np.argsort(first)
@@ -102,7 +102,7 @@ Shape: TypeAlias = Box | Sphere | Cylinder | Capsule | Mesh
 
 
 def as_shape(what: str, given: Any) -> Shape:
-    """A shape itself, or the mesh of a ``trimesh.Trimesh``, its numbers in metres; TypeError for anything else."""
+    """Return a shape unchanged, or the mesh of a ``trimesh.Trimesh`` (m); TypeError otherwise."""
     if isinstance(given, Shape):
         return given
     if hasattr(given, "vertices") and hasattr(given, "faces"):
@@ -113,7 +113,7 @@ def as_shape(what: str, given: Any) -> Shape:
 
 @dataclass(frozen=True, eq=False)
 class Body:
-    """A shape that a robot joint carries (``joint`` 0 is the fixed base), placed in that joint's frame."""
+    """A shape that a joint carries (``joint`` 0 is the base), placed in the joint's frame."""
 
     name: str
     link: str
@@ -123,8 +123,8 @@ class Body:
     color: tuple[float, float, float, float] = (0.7, 0.7, 0.7, 1.0)
 
 
-class _Placed:
-    """A shape with a name and a rigid placement; ``object_id`` names the object it is one of several shapes of."""
+class _PlacedShape:
+    """A named shape with a rigid placement; ``object_id`` groups the shapes of one object."""
 
     name: str
     shape: Shape
@@ -142,17 +142,17 @@ class _Placed:
 
     @property
     def object(self) -> str:
-        """The name under which permissions speak of it."""
+        """The name that contact permissions refer to."""
         return self.object_id or self.name
 
 
 @dataclass(frozen=True, eq=False)
-class Obstacle(_Placed):
-    """A shape, also a ``trimesh.Trimesh``, that stands still in the world at a placement, also a ``pinocchio.SE3``.
+class Obstacle(_PlacedShape):
+    """A shape (also a ``trimesh.Trimesh``) that stands at a placement (also a ``pinocchio.SE3``).
 
-    With a ``speed_limit`` (m/s) it may leave its place at time 0, no point of it quicker than that: what is proven of
-    such an obstacle holds for its place, and a trajectory's proof says until when whatever it does. ``frame`` is the
-    frame of ``placement``, empty for the world; :func:`planner.robot.robot_in_scene.resolve_frames` resolves it.
+    With a ``speed_limit`` (m/s) it may move from time 0 on, no point faster than that: proofs of paths hold for its
+    placement, and the proof of a trajectory gives the time until which any such motion is safe. ``frame`` is the frame
+    of ``placement``, empty for the world; :func:`planner.robot.robot_in_scene.resolve_frames` resolves it.
     """
 
     name: str
@@ -164,10 +164,10 @@ class Obstacle(_Placed):
 
 
 @dataclass(frozen=True, eq=False)
-class Carried(_Placed):
-    """A shape that a link carries, placed (4, 4) in the link's frame, or in ``frame``, one that moves with the link.
+class Carried(_PlacedShape):
+    """A shape that a link carries, placed (4, 4) in the link's frame or a ``frame`` moving with it.
 
-    It may touch ``touch_links``. Put down it has its ``speed_limit`` (m/s) again; in the hold it goes along.
+    It may touch ``touch_links``. Its ``speed_limit`` (m/s) applies again after it is put down.
     """
 
     link: str
@@ -184,7 +184,7 @@ CORNERS = np.array(np.meshgrid([-0.5, 0.5], [-0.5, 0.5], [-0.5, 0.5])).reshape(3
 
 
 def corners(shape: Shape) -> tuple[Floats, float]:
-    """Points and a radius whose rounded convex hull contains the shape: ((k, 3), r)."""
+    """Return points (k, 3) and a radius r whose rounded convex hull contains the shape."""
     match shape:
         case Box(size):
             return CORNERS * np.asarray(size), 0.0
@@ -193,22 +193,22 @@ def corners(shape: Shape) -> tuple[Floats, float]:
         case Capsule(radius, length):
             return np.array([[0, 0, -0.5 * length], [0, 0, 0.5 * length]]), radius
         case Cylinder(radius, length):
-            # the circumscribed box of the discs: conservative by a factor sqrt(2) at four lines
+            # box around the discs: conservative by a factor of sqrt(2) at its four edges
             return CORNERS * np.array([2.0 * radius, 2.0 * radius, length]), 0.0
         case Mesh():
             return shape.vertices, shape.radius
 
 
 def bounding_box(shape: Shape) -> tuple[Floats, Floats]:
-    """The smallest and largest coordinates (3,) of a shape in its own frame."""
+    """Return the smallest and largest coordinates (3,) of a shape in its own frame."""
     points, radius = corners(shape)
     return points.min(axis=0) - radius, points.max(axis=0) + radius
 
 
 def max_distance_from_origin(shape: Shape, placement: Floats) -> float:
-    """The largest distance (m) of a point of the placed shape from the frame's origin, never too small."""
+    """Return an upper bound (m) on the distance of the placed shape's points from the origin."""
     if isinstance(shape, Cylinder):
-        # the farthest point lies on one of the two rims; the rim's circle is bounded by its own radius
+        # the farthest point is on one of the two rims
         local = product(-placement[:3, 3], placement[:3, :3])  # the origin, seen from the cylinder
         across = float(np.hypot(local[0], local[1])) + shape.radius
         along = max(abs(end - local[2]) for end in (-0.5 * shape.length, 0.5 * shape.length))
@@ -219,7 +219,10 @@ def max_distance_from_origin(shape: Shape, placement: Floats) -> float:
 
 
 def max_distance_from_axis(shape: Shape, placement: Floats, axis: Floats) -> float:
-    """The largest distance (m) of a point of the placed shape from the line through the origin along ``axis``."""
+    """Return an upper bound (m) on the distance of the placed shape's points from an axis.
+
+    The axis is the line through the origin along ``axis`` (3,).
+    """
     points, radius = corners(shape)
     world = points @ placement[:3, :3].T + placement[:3, 3]
     across = world - np.outer(product(world, axis), axis)

@@ -1,4 +1,4 @@
-"""Closed meshes as solids: which triangles enclose a volume, and whether a point lies in it (winding numbers)."""
+"""Closed meshes as solids: enclosed volumes, and tests of points by winding numbers."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -17,17 +17,17 @@ _CHUNK = 200_000  # solid angles at a time
 
 @dataclass(frozen=True, eq=False)
 class Solid:
-    """The closed pieces of a mesh: ``corners`` (m, 3, 3) of their triangles, within ``low`` and ``high`` (3,), m."""
+    """The closed components of a mesh: ``corners`` (m, 3, 3) of triangles, ``low`` and ``high`` (3,), m."""
 
     corners: Floats
     low: Floats
     high: Floats
 
     def contains(self, points: Floats) -> Bools:
-        """(k,) whether the points (k, 3) lie inside: the surface winds around them.
+        """Return which points (k, 3) lie inside, by winding numbers.
 
-        A hollow body of two surfaces that face away from the material is hollow. Whether a single surface faces in
-        or out does not matter. On the surface itself the answer may be either.
+        A hollow body of two surfaces that face away from the material is hollow. A single surface may face in or out.
+        Points on the surface may be either.
         """
         found: Bools = np.all((points > self.low) & (points < self.high), axis=1)
         rows = np.flatnonzero(found)
@@ -39,7 +39,7 @@ class Solid:
 
 
 def _winding(corners: Floats, points: Floats) -> Floats:
-    """How often triangles (m, 3, 3) wind around points (k, 3): solid angles, Van Oosterom and Strackee 1983."""
+    """Return winding numbers of triangles (m, 3, 3) around points (k, 3) (Van Oosterom, Strackee 1983)."""
     a, b, c = (corners[None, :, k] - points[:, None] for k in range(3))
     la, lb, lc = (np.linalg.norm(v, axis=2) for v in (a, b, c))
     volume = np.einsum("kmi,kmi->km", a, np.cross(b, c))
@@ -49,27 +49,27 @@ def _winding(corners: Floats, points: Floats) -> Floats:
 
 @lru_cache(maxsize=1024)
 def solid_of(mesh: Mesh) -> Solid | None:
-    """The closed pieces of ``mesh`` as a solid; None where there are none."""
+    """Return the closed components of ``mesh`` as a solid, or None without any."""
     if isinstance(mesh, Seen):
         return None
-    triangles, piece, closed = _pieces(mesh)
+    triangles, component, closed = _components(mesh)
     if not closed.any():
         return None
-    corners = mesh.vertices[triangles[closed[piece]]]
+    corners = mesh.vertices[triangles[closed[component]]]
     points = corners.reshape(-1, 3)
     return Solid(frozen(corners), frozen(points.min(axis=0)), frozen(points.max(axis=0)))
 
 
 def is_watertight(mesh: Mesh) -> bool:
-    """Whether every piece of ``mesh`` is closed, its triangles all facing in one direction, in or out."""
-    closed = _pieces(mesh)[2]
+    """Return whether every component of ``mesh`` is closed and consistently oriented."""
+    closed = _components(mesh)[2]
     return len(closed) > 0 and bool(closed.all())
 
 
 def is_closed(triangles: Ints) -> bool:
-    """Whether every edge of the triangles (m, 3) is passed as often in one direction as in the other.
+    """Return whether the triangles (m, 3) pass every edge equally often in both directions.
 
-    That is what makes winding numbers whole, edges of more than two triangles included.
+    Winding numbers are then integers, also for edges of more than two triangles.
     """
     a, b = triangles[:, [0, 1, 2]].ravel(), triangles[:, [1, 2, 0]].ravel()
     _, edge = distinct_rows(np.column_stack([np.minimum(a, b), np.maximum(a, b)]))
@@ -78,33 +78,33 @@ def is_closed(triangles: Ints) -> bool:
 
 @lru_cache(maxsize=1024)
 def points_of_components(shape: Shape) -> Floats:
-    """A point (k, 3) of every connected piece of a shape, in its own frame.
+    """Return a point (k, 3) of each connected component of a shape, in its own frame.
 
-    If all of them are outside another body, and no surfaces cross, all of the shape is outside.
+    If all of them are outside another body, and no surfaces cross, the whole shape is outside.
     """
     if not isinstance(shape, Mesh):
         return np.zeros((1, 3))
     if isinstance(shape, Seen):
         return shape.representatives
-    triangles, piece, _ = _pieces(shape)
-    return frozen(shape.vertices[triangles[np.unique(piece, return_index=True)[1], 0]])
+    triangles, component, _ = _components(shape)
+    return frozen(shape.vertices[triangles[np.unique(component, return_index=True)[1], 0]])
 
 
 def could_contain(solid: Solid, measures: Floats) -> Bools:
-    """Which shapes of some ``measures`` (k, 2) are small enough for the solid's bounding box; never wrongly False."""
+    """Return which ``measures`` (k, 2) of shapes fit into the solid's bounding box; never wrongly False."""
     size = np.asarray(solid.high - solid.low)
     fits: Bools = np.all(measures <= [np.linalg.norm(size), size.min()], axis=1)
     return fits
 
 
 def shape_measures(shapes: Sequence[Shape]) -> Floats:
-    """(k, 2) m, of each shape a distance of two of its points, and the diameter of a ball that it holds."""
+    """Return (k, 2) m: a distance of two points of each shape, and the diameter of a ball inside."""
     return np.array([_measures(shape) for shape in shapes]).reshape(-1, 2)
 
 
 @lru_cache(maxsize=1024)
 def _measures(shape: Shape) -> tuple[float, float]:
-    """A distance of two points of the shape (m), and the diameter of a ball that it holds."""
+    """Return a distance of two points of the shape and the diameter of a ball inside it, m."""
     match shape:
         case Box(size):
             return float(np.linalg.norm(size)), min(size)
@@ -123,22 +123,22 @@ def _measures(shape: Shape) -> tuple[float, float]:
 
 
 def vertices_in_triangles(mesh: Mesh) -> Ints:
-    """Indices of the vertices that some triangle has."""
+    """Return indices of the vertices that triangles use."""
     return np.flatnonzero(np.bincount(mesh.triangles.ravel()))
 
 
 def component_of_vertices(mesh: Mesh) -> Ints:
-    """(n,) the number of the connected piece that each vertex belongs to; -1 where no triangle with an area has it."""
-    triangles, piece, _ = _pieces(mesh)
+    """Return the component (n,) of each vertex; -1 without a triangle of nonzero area."""
+    triangles, component, _ = _components(mesh)
     first, same = distinct_rows(mesh.vertices)
     found = np.full(len(mesh.vertices), -1, dtype=np.int64)
-    found[triangles] = piece[:, None]
+    found[triangles] = component[:, None]
     return found[first[same]]
 
 
 @lru_cache(maxsize=1024)
-def _pieces(mesh: Mesh) -> tuple[Ints, Ints, Bools]:
-    """Triangles (m, 3) by the first of equal vertices, those with an area; the piece (m,) of each; which are closed."""
+def _components(mesh: Mesh) -> tuple[Ints, Ints, Bools]:
+    """Return triangles (m, 3) of nonzero area, their component (m,), and which components are closed."""
     first, same = distinct_rows(mesh.vertices)
     triangles = first[same][mesh.triangles]
     a, b, c = triangles.T
@@ -146,6 +146,6 @@ def _pieces(mesh: Mesh) -> tuple[Ints, Ints, Bools]:
     a, b, c = triangles.T
     edges = np.concatenate([a, a]), np.concatenate([b, c])
     graph = coo_array((np.ones(len(edges[0])), edges), shape=(len(same), len(same)))
-    piece = np.unique(connected_components(graph, directed=False)[1][a], return_inverse=True)[1].astype(np.int64)
-    closed = [is_closed(triangles[piece == k]) for k in range(int(piece.max(initial=-1)) + 1)]
-    return triangles, piece, np.array(closed, dtype=bool)
+    component = np.unique(connected_components(graph, directed=False)[1][a], return_inverse=True)[1].astype(np.int64)
+    closed = [is_closed(triangles[component == k]) for k in range(int(component.max(initial=-1)) + 1)]
+    return triangles, component, np.array(closed, dtype=bool)

@@ -144,7 +144,7 @@ def test_a_turn_to_be_kept_is_about_the_start_of_the_free_motion() -> None:
     s = np.linspace(0, 1, 20)[:, None, None]
     for q in (found.path[:-1] + s * np.diff(found.path, axis=0)).reshape(-1, 7):
         assert np.arccos((np.trace(pose_of(found.robot, q)[0] @ np.diag([1, -1, -1])) - 1) / 2) <= 0.05 + 1e-6
-    with pytest.raises(StateError, match="means the orientation at a start"):
+    with pytest.raises(StateError, match="must have an orientation here"):
         follow(path, request=REQUEST, constraint="turn:0.05", timing=None)
 
 

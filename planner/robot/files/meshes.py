@@ -1,12 +1,11 @@
-"""Mesh files as shapes: the door of trimesh, which reads STL, OBJ, PLY, COLLADA (through pycollada) and GLB.
+"""Mesh files as shapes, read by trimesh: STL, OBJ, PLY, COLLADA (with pycollada) and GLB.
 
-Numbers count as they stand, as in MoveIt: notes name COLLADA files whose unit or up axis would change them.
+Numbers are used unchanged, as in MoveIt: notes name COLLADA files whose unit or up axis would change them.
 
-A link's mesh of many triangles is thinned: vertices of one cell of a grid become one (Rossignac and Borrel 1993). If
-none moves further than r, no point of a triangle does, so the old surface lies within r of the new one: what is proven
-of the new one with a rounding of r holds for the old one. The way there stays within r of the new surface too, so that
-beyond that nothing changes between inside and outside; closed pieces stay closed, as every edge goes where its ends go.
-The same grid, coarser, thins meshes that are only looked at.
+Large link meshes are simplified: vertices of one grid cell become one (Rossignac and Borrel 1993). If no vertex moves
+farther than r, no point of a triangle does, so the old surface lies within r of the new one, and a proof with the new
+surface rounded by r holds for the old one. Beyond r inside and outside stay the same. Closed components stay closed,
+because every edge follows its ends. A coarser grid simplifies meshes for display.
 """
 
 import io
@@ -33,16 +32,16 @@ from planner.base.yamlfile import quote
 from planner.robot.shapes import Body, Mesh
 from planner.robot.solids import component_of_vertices, is_closed
 
-MANY = 2000  # triangles: meshes of more are thinned
+MANY = 2000  # triangles: larger meshes are simplified
 CELL = 1e-3  # m: a cell of the grid
-_PIECES = 8  # of a mesh: each is a body more in every pair
-DRAWN_MANY = 3000  # triangles of a mesh to look at, on the finest of these grids that leaves so few, or the last
+_MOST_COMPONENTS = 8  # of a mesh: each one adds a body and its pairs
+DRAWN_MANY = 3000  # triangles of a displayed mesh, on the finest sufficient grid, or the last
 DRAWN_CELLS = (0.5e-3, 1e-3, 2.1e-3)  # m: half a diagonal is below 2 mm
 _CREASE = np.radians(35.0)  # an edge at which faces meet at a larger angle stays sharp
-_WIDEST = 1000.0  # m: cells of more have no number
-_WORTH = 0.75  # share of the triangles above which the mesh stays as it is
-_ROUNDING = 1e-9  # m by which a computed distance may be too short
-_PASSED_OVER = {  # lines and elements that the readers pass over, or take for others
+_WIDEST = 1000.0  # m: cell numbers of larger meshes would overflow
+_WORTH = 0.75  # share of triangles above which simplification is not used
+_ROUNDING = 1e-9  # m: rounding of a computed distance
+_UNSUPPORTED = {  # lines and elements that the readers ignore or misread
     "obj": re.compile(
         rb"(?m)^(?:[VF] .*|f(?: \S+){1,2}$|f(?: \S+)* (?:-|0(?![.\d])).*|v(?: \S+){3} (?!1(?:\.0*)?$)\S+$"
         rb"|(?:call|cstype|curv2?|surf|csh|bzp|bsp|cd[pc]|res)\b.*)"
@@ -58,9 +57,10 @@ _AXIS = re.compile(rb"<up_axis>\s*([XY]_UP)\b")
 
 
 def read_mesh(path: StrPath, scale: float | Floats = 1.0) -> Mesh:
-    """The triangles of a mesh file, in metres after ``scale``; :class:`FileError` for a file without a usable mesh.
+    """Return the triangles of a mesh file, in metres after ``scale``.
 
-    Numbers count as they stand, whatever unit or up axis the file states. Nothing but the file itself is read.
+    Units and up axes of the file are ignored, and no other file is read. Raises :class:`FileError` for a file without a
+    usable mesh.
     """
     path = Path(path)
     if not os.path.isfile(path):
@@ -86,37 +86,38 @@ def read_vertices(path: Path) -> Floats:
 
 
 def read_link_mesh(path: Path, scale: Floats) -> Mesh:
-    """The mesh file of a link, :func:`simplify`, in metres after ``scale`` (3,).
+    """Return the simplified mesh of a link's file, in metres after ``scale`` (3,), from the cache.
 
-    It is made once: then it comes from the cache. :class:`FileError` as :func:`read_mesh`.
+    Raises :class:`FileError` as :func:`read_mesh`.
     """
     made_of = [*_content(path, scale), CELL, MANY]
-    return _made_once("meshes", made_of, lambda: simplify(read_mesh(path, scale)))
+    return _cached_mesh("meshes", made_of, lambda: simplify(read_mesh(path, scale)))
 
 
 def read_display_mesh(source: Path | Mesh, scale: float | Floats = 1.0) -> Mesh:
-    """A mesh, or that of a file after ``scale``, as pages draw it: each surface lies within 2 mm of the other.
+    """Return a mesh for display, from a mesh or file; surfaces differ by at most 2 mm.
 
-    It has few triangles, and no vertex in common across sharp edges. From the cache as :func:`read_link_mesh`.
+    It has few triangles, and no shared vertices at sharp edges. Cached as :func:`read_link_mesh`.
     """
     read = (lambda: source) if isinstance(source, Mesh) else lambda: read_mesh(source, scale)
     content = source.content() if isinstance(source, Mesh) else _content(source, scale)
-    return _made_once("drawn", [*content, DRAWN_MANY, DRAWN_CELLS, _CREASE], lambda: _drawn(read()))
+    return _cached_mesh("drawn", [*content, DRAWN_MANY, DRAWN_CELLS, _CREASE], lambda: _simplify_for_display(read()))
 
 
 def _content(path: Path, scale: float | Floats) -> list[Any]:
     return [path.suffix.lower(), scale, np.frombuffer(path.read_bytes(), dtype=np.uint8), version("trimesh")]
 
 
-def _made_once(kind: str, made_of: list[Any], make: Callable[[], Mesh]) -> Mesh:
+def _cached_mesh(kind: str, made_of: list[Any], make: Callable[[], Mesh]) -> Mesh:
     arrays = load_or_compute(kind, made_of, lambda: {k: np.asarray(v) for k, v in vars(make()).items()})
     return Mesh(arrays["vertices"], arrays["triangles"], float(arrays["radius"]))
 
 
 def split_into_components(body: Body) -> list[Body]:
-    """A body for each connected piece of its mesh, ``_PIECES`` at most: their hulls fit closer than that of the whole.
+    """Return a body per connected component of the mesh: their hulls fit closer than one hull.
 
-    A piece stays with a larger one if it lies in its box, so that a hollow body stays hollow.
+    At most ``_MOST_COMPONENTS``. A component inside the box of a larger one stays with it, so hollow bodies stay
+    hollow.
     """
     mesh = body.shape
     if not isinstance(mesh, Mesh):
@@ -129,7 +130,7 @@ def split_into_components(body: Body) -> list[Body]:
     for k in np.argsort(-np.linalg.norm(high - low, axis=1), kind="stable").tolist():
         heads = [own[0] for own in reversed(kept)]
         outside = (np.maximum(high[k] - high[heads], 0.0) + np.maximum(low[heads] - low[k], 0.0)).sum(axis=1)
-        if len(kept) < _PIECES and outside.all():
+        if len(kept) < _MOST_COMPONENTS and outside.all():
             kept.append([k])
         else:
             kept[-1 - int(outside.argmin())].append(k)
@@ -141,20 +142,20 @@ def split_into_components(body: Body) -> list[Body]:
     return made if len(made) > 1 else [body]
 
 
-def _drawn(mesh: Mesh) -> Mesh:
+def _simplify_for_display(mesh: Mesh) -> Mesh:
     found = mesh
     for cell in DRAWN_CELLS if float(np.ptp(mesh.vertices, axis=0).max()) <= _WIDEST else ():
         if len(found.triangles) <= DRAWN_MANY:
             break
-        found = _seen_on_grid(mesh, cell)
+        found = _merge_for_display(mesh, cell)
     sharp = split_at_creases(found)
     first = np.argmin(sharp.triangles, axis=1)[:, None]  # triangles in order: a page's gzip finds more to share
     triangles = np.take_along_axis(sharp.triangles, (first + np.arange(3)) % 3, axis=1)
     return Mesh(sharp.vertices, triangles[np.lexsort(triangles.T[::-1])])
 
 
-def _seen_on_grid(mesh: Mesh, cell: float) -> Mesh:
-    """The mesh on a grid; triangles of which only a line or a point would be left, which is not seen, stay."""
+def _merge_for_display(mesh: Mesh, cell: float) -> Mesh:
+    """Return the mesh merged on a grid; triangles that would collapse out of sight stay."""
     middle, which, _ = _cells(mesh, None, cell)
     moved, count = which[mesh.triangles], len(middle)
     flat = np.diff(np.sort(moved, axis=1), axis=1).min(axis=1) == 0
@@ -165,9 +166,9 @@ def _seen_on_grid(mesh: Mesh, cell: float) -> Mesh:
 
 
 def split_at_creases(mesh: Mesh) -> Mesh:
-    """The mesh with vertices shared, but for edges at which faces meet at more than 35 degrees.
+    """Return the mesh with shared vertices except at edges of more than 35 degrees.
 
-    A viewer averages normals over shared vertices: triangle soup looks faceted, welded soup looks melted.
+    A viewer averages normals over shared vertices: separate triangles look faceted, merged ones look melted.
     """
     import trimesh
 
@@ -178,7 +179,7 @@ def split_at_creases(mesh: Mesh) -> Mesh:
 
 
 def _triangles(path: Path) -> tuple[Floats, Ints]:
-    """Vertices (n, 3) and triangles (m, 3) of a file; it raises whatever trimesh raises."""
+    """Return vertices (n, 3) and triangles (m, 3) of a file; any exception of trimesh may pass."""
     import trimesh  # 0.4 s to load
     from trimesh.exchange.load import mesh_loaders
 
@@ -189,7 +190,7 @@ def _triangles(path: Path) -> tuple[Floats, Ints]:
     if kind == "obj":
         content = re.sub(rb"\\\r?\n", b" ", content)
         content = b"\n".join(b" ".join(line.partition(b"#")[0].split()) for line in content.splitlines())
-    if kind in _PASSED_OVER and (wrong := _PASSED_OVER[kind].search(content)):
+    if kind in _UNSUPPORTED and (wrong := _UNSUPPORTED[kind].search(content)):
         raise ValueError(f"{quote(wrong[0].decode(errors='replace'))} is not supported")
     if kind == "dae":
         content = _bare_collada(content)
@@ -202,14 +203,14 @@ def _triangles(path: Path) -> tuple[Floats, Ints]:
             part["process"] = False  # else it joins vertices and drops those that are not finite
         mesh = trimesh.load_scene(loaded).to_mesh()
     if kind == "ply":
-        _require_whole_ply(loaded["metadata"]["_ply_raw"])
+        _require_complete_ply(loaded["metadata"]["_ply_raw"])
     if kind == "stl" and "face_attributes" not in loaded and len(_FACET.findall(content)) != len(mesh.faces):
         raise ValueError(f"{len(mesh.faces)} of {len(_FACET.findall(content))} facets are whole")
     return np.array(mesh.vertices, dtype=float), np.array(mesh.faces, dtype=np.int64)
 
 
 def _bare_collada(content: bytes) -> bytes:
-    """The file without materials, cameras, lights and motions, which often name what is not there."""
+    """Return the file without materials, cameras, lights and animations, whose files are often missing."""
     root = ET.fromstring(content)
     for element in root.iter():
         for child in [child for child in element if child.tag.rpartition("}")[2] in _UNNEEDED]:
@@ -217,8 +218,8 @@ def _bare_collada(content: bytes) -> bytes:
     return ET.tostring(root)
 
 
-def _require_whole_ply(elements: dict[str, Any]) -> None:
-    """Raise ValueError where a PLY file holds fewer rows than its header says, or binary lists that are misread."""
+def _require_complete_ply(elements: dict[str, Any]) -> None:
+    """Raise ValueError for a PLY file with missing rows, or with binary lists that trimesh misreads."""
     for name, element in elements.items():
         data = element.get("data", {})
         for column in (data[key] for key in (data if isinstance(data, dict) else data.dtype.names)):
@@ -229,7 +230,7 @@ def _require_whole_ply(elements: dict[str, Any]) -> None:
 
 
 def collada_notes(files: Iterable[Path]) -> Iterator[Note]:
-    """Notes on COLLADA files among ``files`` whose unit or up axis is not followed."""
+    """Yield notes on COLLADA ``files`` whose unit or up axis is ignored."""
     read = {path: path.read_bytes() for path in files if path.suffix.lower() == ".dae" and os.path.isfile(path)}
     for path, content in read.items():
         unit = _UNIT.search(content)
@@ -242,30 +243,30 @@ def collada_notes(files: Iterable[Path]) -> Iterator[Note]:
 
 
 def simplify(mesh: Mesh) -> Mesh:
-    """The mesh itself where it has few triangles, or hardly fewer on a grid; else one whose rounding holds it."""
+    """Return the mesh merged on a grid, with a radius; or itself if it has few triangles or gains little."""
     if len(mesh.triangles) <= MANY or mesh.radius or float(np.ptp(mesh.vertices.T.copy(), axis=1).max()) > _WIDEST:
         return mesh
-    found = _on_grid(mesh, None)
+    found = _merge_on_grid(mesh, None)
     if not is_closed(found.triangles):
-        found = _on_grid(mesh, component_of_vertices(mesh))  # a closed piece is not to be joined to an open one
+        found = _merge_on_grid(mesh, component_of_vertices(mesh))  # a closed piece is not to be joined to an open one
     return found if len(found.triangles) <= _WORTH * len(mesh.triangles) else mesh
 
 
-def _on_grid(mesh: Mesh, apart: Ints | None) -> Mesh:
-    """The mesh with the vertices of each cell as one; those with different numbers ``apart`` (n,) stay apart."""
+def _merge_on_grid(mesh: Mesh, apart: Ints | None) -> Mesh:
+    """Return the mesh with one vertex per cell; vertices with different ``apart`` (n,) stay separate."""
     middle, which, radius = _cells(mesh, apart, CELL)
-    used, triangles = np.unique(_remaining(which[mesh.triangles]), return_inverse=True)
+    used, triangles = np.unique(_drop_degenerate(which[mesh.triangles]), return_inverse=True)
     return Mesh(middle[used], triangles.reshape(-1, 3), radius)
 
 
 def _cells(mesh: Mesh, apart: Ints | None, cell: float) -> tuple[Floats, Ints, float]:
-    """The middles (k, 3) of the vertices of each cell, the cell (n,) of each vertex, the farthest way to a middle."""
+    """Return cell centres (k, 3), the cell (n,) of each vertex, and the largest distance to a centre."""
     axes = np.ascontiguousarray(mesh.vertices.T)  # a tenth of the time along rows
     cells = ((axes - axes.min(axis=1, keepdims=True)) * (1 / cell)).astype(np.int64)
     _, wide, high = cells.max(axis=1) + 1
-    order, which = _ranked((cells[0] * wide + cells[1]) * high + cells[2])
+    order, which = _rank((cells[0] * wide + cells[1]) * high + cells[2])
     if apart is not None:
-        order, which = _ranked(which * (len(apart) + 1) + apart)
+        order, which = _rank(which * (len(apart) + 1) + apart)
     axes, ranks = axes[:, order], which[order]
     first = np.flatnonzero(np.diff(ranks, prepend=-1))
     middle = 0.5 * (np.minimum.reduceat(axes, first, axis=1) + np.maximum.reduceat(axes, first, axis=1))
@@ -273,16 +274,16 @@ def _cells(mesh: Mesh, apart: Ints | None, cell: float) -> tuple[Floats, Ints, f
     return middle.T, which, float(np.sqrt((moved * moved).sum(axis=0).max())) + _ROUNDING
 
 
-def _ranked(keys: Ints) -> tuple[Ints, Ints]:
-    """The order (n,) in which ``keys`` (n,) ascend, and the rank (n,) of each among the distinct ones."""
+def _rank(keys: Ints) -> tuple[Ints, Ints]:
+    """Return the order (n,) that sorts ``keys`` (n,), and the rank (n,) of each among distinct keys."""
     order = np.argsort(keys, kind="stable")
     ranks = np.empty(len(keys), dtype=np.int64)
     ranks[order] = np.cumsum(np.diff(keys[order], prepend=keys[order[0]]) > 0)
     return order, ranks
 
 
-def _remaining(triangles: Ints) -> Ints:
-    """Triangles (m, 3) that have an area, and of the others the sides and corners that no other one has."""
+def _drop_degenerate(triangles: Ints) -> Ints:
+    """Return triangles (m, 3) of nonzero area, and otherwise uncovered edges and points of the others."""
     a, b, c = triangles.T
     has_area = (a != b) & (b != c) & (c != a)
     whole, flat = triangles[has_area], triangles[~has_area]

@@ -1,7 +1,7 @@
-"""The door to mujoco: MuJoCo's MJCF, compiled and written as a URDF. An extra: other robots need none of it.
+"""MuJoCo's MJCF, compiled by mujoco (an optional extra) and written as a URDF.
 
-Each body is a link and each of its joints a URDF joint; between several joints of a body stand links without geometry.
-The URDF holds all digits, so that bodies, sites and geoms stand where MuJoCo's ``mj_forward`` puts them.
+Each body is a link and each of its joints a URDF joint, with links without geometry between joints of one body. All
+digits are kept, so bodies, sites and geoms stand where ``mj_forward`` puts them.
 """
 
 import warnings
@@ -32,14 +32,14 @@ Sites: TypeAlias = dict[str, tuple[str, pin.SE3]]  # by name: the link that a si
 
 
 def convert_mjcf(path: Path, name: str) -> tuple[ET.Element, dict[str, Mesh], Sites, tuple[Note, ...]]:
-    """The robot in an MJCF file as a URDF called ``name``, the meshes that it names, and its sites.
+    """Return the robot of an MJCF file as a URDF named ``name``, its meshes, its sites, and notes.
 
-    A note names the elements that a URDF does not have. Raises :class:`RobotError` where the file is faulty or a part
-    cannot be written, :class:`InstallationError` without mujoco.
+    A note lists elements that URDF lacks. Raises :class:`RobotError` for invalid files and unsupported elements,
+    :class:`InstallationError` without mujoco.
     """
     robot, meshes, lost = ET.Element("robot", name=name), dict[str, Mesh](), list[str]()
     try:
-        model = _compiled(path)
+        model = _compile(path)
         followers = _followers(model, lost)
         for body in range(model.nbody):
             link = ET.SubElement(robot, "link", name=_name(model.body(body)))
@@ -51,7 +51,7 @@ def convert_mjcf(path: Path, name: str) -> tuple[ET.Element, dict[str, Mesh], Si
     taken, sites = {element.get("name") for element in robot}, {}
     for k in range(model.nsite):
         site, link = _name(model.site(k)), _name(model.body(model.site_bodyid[k]))
-        sites[f"{site}/site" if site in taken else site] = link, _place(model.site_pos[k], model.site_quat[k])
+        sites[f"{site}/site" if site in taken else site] = link, _placement(model.site_pos[k], model.site_quat[k])
     lost += [f"tendon '{_name(model.tendon(k))}'" for k in range(model.ntendon)]
     lost += [f"{number} <{tag}>" for count, tag in _COUNTED.items() if (number := getattr(model, count))]
     text = f"MJCF {path} has parts that are not followed: {choices(lost)}; home and pairs that need no check belong in "
@@ -59,7 +59,7 @@ def convert_mjcf(path: Path, name: str) -> tuple[ET.Element, dict[str, Mesh], Si
     return robot, meshes, sites, (note,) if lost else ()
 
 
-def _compiled(path: Path) -> _Model:
+def _compile(path: Path) -> _Model:
     require_extra("mujoco", "mjcf")
     import mujoco
 
@@ -79,12 +79,12 @@ def _compiled(path: Path) -> _Model:
 
 
 def _name(item: Any) -> str:
-    """The name of a body, joint or the like, made of its kind and number where the file gives none."""
+    """Return the name of an element, or its kind and number without one."""
     return item.name or f"{type(item).__name__.removeprefix('_MjModel').removesuffix('Views').lower()}_{item.id}"
 
 
 def _followers(model: _Model, lost: list[str]) -> dict[int, dict[str, str]]:
-    """The joints that an equality couples to another joint, as <mimic> has it; ``lost`` takes all other equalities."""
+    """Return joints coupled by an equality as <mimic> attributes; other equalities go to ``lost``."""
     found = dict[int, dict[str, str]]()
     for k in np.flatnonzero(model.eq_active0):
         kind, joint, leader = _EQUALITIES[model.eq_type[k]], model.eq_obj1id[k], model.eq_obj2id[k]
@@ -104,9 +104,9 @@ def _followers(model: _Model, lost: list[str]) -> dict[int, dict[str, str]]:
 
 
 def _add_joints(robot: ET.Element, model: _Model, body: int, followers: Mapping[int, dict[str, str]]) -> None:
-    """Hang a body on the one above it: by its joints, and by a fixed one where none of them ends in its frame."""
+    """Connect a body to its parent by its joints, and by a fixed one if none ends in its frame."""
     name, parent = _name(model.body(body)), _name(model.body(model.body_parentid[body]))
-    place, first = _place(model.body_pos[body], model.body_quat[body]), int(model.body_jntadr[body])
+    place, first = _placement(model.body_pos[body], model.body_quat[body]), int(model.body_jntadr[body])
     joints = range(first, first + int(model.body_jntnum[body]))
     for k in joints:
         kind, joint = _JOINTS[model.jnt_type[k]], _name(model.joint(k))
@@ -144,7 +144,7 @@ def _add_joint(robot: ET.Element, name: str, kind: str, parent: str, child: str,
 
 
 def _add_geoms(link: ET.Element, model: _Model, body: int, meshes: dict[str, Mesh], lost: list[str]) -> None:
-    """Give a link the geoms of its body; ``lost`` takes grounds, and other types that only are seen."""
+    """Add a body's geoms to its link; unsupported visual geoms and grounds go to ``lost``."""
     first = int(model.body_geomadr[body])
     for k in range(first, first + int(model.body_geomnum[body])):
         type_, collides = _GEOMS[model.geom_type[k]], bool(model.geom_contype[k] or model.geom_conaffinity[k])
@@ -158,7 +158,7 @@ def _add_geoms(link: ET.Element, model: _Model, body: int, meshes: dict[str, Mes
         drawn = not collides or model.geom_group[k] < _DRAWN
         for kind in compress(("collision", "visual"), (collides, drawn)):
             element = ET.SubElement(link, kind)
-            _add_origin(element, _place(model.geom_pos[k], model.geom_quat[k]))
+            _add_origin(element, _placement(model.geom_pos[k], model.geom_quat[k]))
             ET.SubElement(element, "geometry").append(shape)
             if kind == "visual":
                 painted = model.geom_matid[k] >= 0 and np.allclose(model.geom_rgba[k], _GREY)
@@ -167,7 +167,7 @@ def _add_geoms(link: ET.Element, model: _Model, body: int, meshes: dict[str, Mes
 
 
 def _shape(type_: str, model: _Model, geom: int, meshes: dict[str, Mesh]) -> ET.Element | None:
-    """The URDF's element for a geom, None where it has none; ``meshes`` takes meshes by a hash, their name there."""
+    """Return the URDF element of a geom, or None; meshes go to ``meshes`` under their hash."""
     size = model.geom_size[geom]
     match type_:
         case "box":
@@ -187,8 +187,8 @@ def _shape(type_: str, model: _Model, geom: int, meshes: dict[str, Mesh]) -> ET.
     return None
 
 
-def _place(position: Floats, quaternion: Floats) -> pin.SE3:
-    """A placement from MuJoCo's numbers, w first."""
+def _placement(position: Floats, quaternion: Floats) -> pin.SE3:
+    """Return a placement from MuJoCo's numbers, w first."""
     return pin.SE3(pin.Quaternion(*quaternion.tolist()), np.array(position))
 
 

@@ -1,6 +1,6 @@
-"""ROS packages by the name in their package.xml, and the door to xacro, an extra that most files do not need.
+"""ROS packages by name, and xacro, an optional extra.
 
-As in ROS, a xacro file holds expressions that are evaluated, and names other files: expand those that you trust.
+A xacro file evaluates expressions and reads other files, as in ROS: expand only files that you trust.
 """
 
 import contextlib
@@ -24,9 +24,9 @@ _XACRO = "/xacro}"  # ends the names of its namespace, http://www.ros.org/wiki/x
 
 
 def find_package(name: str, *files: Path) -> Path:
-    """The folder of the package that ``files`` call ``name``, or else a near folder of that name; else LookupError.
+    """Return the folder of the package ``name`` that ``files`` refer to; LookupError otherwise.
 
-    Packages are looked for upwards from the files, then along the paths that ROS keeps.
+    Searched upwards from the files, including folders of that name, then along the ROS paths.
     """
     above = [file.resolve().parents for file in files]
     paths = (os.environ.get(path, "").split(os.pathsep) for path in PATHS)
@@ -38,13 +38,13 @@ def find_package(name: str, *files: Path) -> Path:
             if inside and os.path.isdir(folder / name):
                 return folder / name
             for file in sorted(glob(f"{inside}package.xml", root_dir=folder, recursive=True)):  # folders may vanish
-                if _name_in(folder / file) == name:
+                if _package_name(folder / file) == name:
                     return (folder / file).parent
     raise LookupError(f"package {quote(name)} not found: name its folder in ROS_PACKAGE_PATH")
 
 
 def find_meshes(root: ET.Element, path: Path) -> None:
-    """Give meshes that the URDF names by a package their paths; where the package is not found the name stays."""
+    """Replace package URLs of meshes by paths; names of unknown packages stay."""
     find = cache(find_package)
     for mesh in root.iter("mesh"):
         kind, _, place = mesh.get("filename", "").partition("://")
@@ -54,7 +54,7 @@ def find_meshes(root: ET.Element, path: Path) -> None:
                 mesh.set("filename", f"file://{find(name, path) / inside}")
 
 
-def _name_in(file: Path) -> str:
+def _package_name(file: Path) -> str:
     try:
         return (ET.parse(file).findtext("name") or "").strip()
     except (OSError, ET.ParseError, ValueError, LookupError):  # the latter two of encodings
@@ -63,13 +63,13 @@ def _name_in(file: Path) -> str:
 
 @cache
 def example_robot_data() -> Path:
-    """The folder of example-robot-data's files; its wheel holds no Python module to ask."""
+    """Return the folder of example-robot-data, whose wheel has no Python module."""
     files = importlib.metadata.files("example-robot-data") or []
     return next(Path(str(file.locate())).resolve().parent for file in files if file.name == "package.xml")
 
 
 def read_root(path: Path, what: str, arguments: Mapping[str, str] | None = None, text: str | None = None) -> ET.Element:
-    """The root element of an XML file, or of its ``text``, expanded with ``arguments`` where its name ends in .xacro.
+    """Return the root element of an XML file or ``text``; .xacro files are expanded with ``arguments``.
 
     Raises :class:`RobotError` for a file that cannot be read, :class:`InstallationError` without xacro.
     """

@@ -1,4 +1,4 @@
-"""Pinocchio's own models as a robot: a tree of joints with one value each, and geometry as it stands in them."""
+"""Pinocchio's models as robots: trees of joints with one value each."""
 
 import itertools
 from pathlib import Path
@@ -18,14 +18,16 @@ _SLIDING = pin.JointModelPX, pin.JointModelPY, pin.JointModelPZ, pin.JointModelP
 
 
 def files_of_model(model: pin.Model, collision: pin.GeometryModel, visual: pin.GeometryModel | None) -> RobotFiles:
-    """The robot of a model and its geometry, as if read from files; :class:`RobotError` for joints of another kind.
+    """Return the robot of a model and its geometry, as if read from files.
 
-    If ``collision`` has collision pairs, two links of which none is a pair need no check.
+    If ``collision`` has pairs, link pairs without one need no check. Raises :class:`RobotError` for unsupported joints.
     """
-    made, continuous, mimics = _with_single_values(model)
-    geometry = {"collision": _in_frames(collision, made)}
-    geometry["visual"] = geometry["collision"] if visual is None else _in_frames(visual, made)
-    named, seen = ([made.frames[item.parentFrame].name for item in each.geometryObjects] for each in geometry.values())
+    single, continuous, mimics = _with_single_values(model)
+    geometry = {"collision": _in_frames(collision, single)}
+    geometry["visual"] = geometry["collision"] if visual is None else _in_frames(visual, single)
+    named, seen = (
+        [single.frames[item.parentFrame].name for item in each.geometryObjects] for each in geometry.values()
+    )
     description = Description(
         path=Path("pinocchio.Model"),
         name=model.name,
@@ -34,9 +36,9 @@ def files_of_model(model: pin.Model, collision: pin.GeometryModel, visual: pin.G
         collision_elements=len(named),
         mimics=tuple(mimics),
         bare=frozenset(seen) - frozenset(named),
-        links=frozenset(named).union(frame.name for frame in made.frames if frame.type == _LINK),
-        joints=_links_at_joints(made),
-        model=made,
+        links=frozenset(named).union(frame.name for frame in single.frames if frame.type == _LINK),
+        joints=_links_at_joints(single),
+        model=single,
         geometry=geometry,
         pieces=True,
     )
@@ -47,9 +49,9 @@ def files_of_model(model: pin.Model, collision: pin.GeometryModel, visual: pin.G
 
 
 def _with_single_values(model: pin.Model) -> tuple[pin.Model, list[str], list[Mimic]]:
-    """The model with a revolute or prismatic joint for each, the names of continuous ones, and how joints follow."""
-    made, data, continuous, mimics = pin.Model(), model.createData(), list[str](), list[Mimic]()
-    made.name = model.name
+    """Return the model with one-value joints, names of continuous joints, and how joints follow."""
+    single, data, continuous, mimics = pin.Model(), model.createData(), list[str](), list[Mimic]()
+    single.name = model.name
     pin.forwardKinematics(model, data, pin.neutral(model))
     leaders = dict(zip(model.mimicking_joints, model.mimicked_joints, strict=True))
     for k in range(1, model.njoints):
@@ -66,15 +68,15 @@ def _with_single_values(model: pin.Model) -> tuple[pin.Model, list[str], list[Mi
             ends = sorted(factor * end + offset for end in ends)
         velocity = abs(factor) * float(model.upperVelocityLimit[leader.idx_v])
         numbers = (0.0, velocity if velocity < _UNLIMITED else 0.0, *ends)
-        made.addJoint(model.parents[k], kind, model.jointPlacements[k], name, *(np.array([each]) for each in numbers))
-        made.inertias[k] = model.inertias[k]
+        single.addJoint(model.parents[k], kind, model.jointPlacements[k], name, *(np.array([each]) for each in numbers))
+        single.inertias[k] = model.inertias[k]
     for frame in list(model.frames)[1:]:
-        made.addFrame(frame, False)
-    return made, continuous, mimics
+        single.addFrame(frame, False)
+    return single, continuous, mimics
 
 
 def _joint_along(motion: Floats, name: str, kind: str) -> tuple[pin.JointModel, bool]:
-    """The joint of one value that moves as its column (6,) of the Jacobian says, and whether it turns."""
+    """Return the joint that moves along its Jacobian column (6,), and whether it turns."""
     if motion.shape != (6,) or (motion[:3].any() and motion[3:].any()) or kind == "JointModelComposite":
         raise RobotError(
             f"joint '{name}' of the pinocchio.Model is a {kind}: only revolute, continuous and prismatic joints are "
@@ -87,20 +89,20 @@ def _joint_along(motion: Floats, name: str, kind: str) -> tuple[pin.JointModel, 
 
 
 def _in_frames(geometry: pin.GeometryModel, model: pin.Model) -> pin.GeometryModel:
-    """A copy of which each item stands in a frame of ``model``, which gains a link for one that names only a joint."""
-    made = geometry.copy()
-    for item in made.geometryObjects:
+    """Return a copy with items in frames of ``model``; adds a link for items that name only a joint."""
+    single = geometry.copy()
+    for item in single.geometryObjects:
         if item.parentFrame >= model.nframes:
             item.parentFrame = model.addFrame(pin.Frame(item.name, item.parentJoint, 0, pin.SE3.Identity(), _LINK))
-    return made
+    return single
 
 
 def _links_at_joints(model: pin.Model) -> dict[str, tuple[str, str]]:
-    """The links above and below each joint, fixed ones too, empty where there is none."""
-    found = {name: ("", name) for name in model.names[1:]}
+    """Return the links above and below each joint, also fixed ones; empty if missing."""
+    links = {name: ("", name) for name in model.names[1:]}
     for link in model.frames:
         if link.type == _LINK and link.parentFrame:
             joint = model.frames[link.parentFrame]
             above = model.frames[joint.parentFrame]
-            found[joint.name] = above.name if above.type == _LINK else "", link.name
-    return found
+            links[joint.name] = above.name if above.type == _LINK else "", link.name
+    return links

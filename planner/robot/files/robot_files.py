@@ -1,4 +1,4 @@
-"""A robot's files, read once: its robot.yaml, URDF and SRDF, and which joints and tool are chosen of them."""
+"""Robot files, read once: robot.yaml, URDF and SRDF, with the choice of joints and tool."""
 
 import importlib
 import os
@@ -27,7 +27,7 @@ _DESCRIPTIONS = "robot_descriptions"  # a Python package; names of its robots en
 
 
 class Source(Strict):
-    """A file beside the robot file, or inside a Python package that ships robot data."""
+    """A file next to the robot file, or in a Python package of robot data."""
 
     file: str
     package: Literal["example-robot-data"] | None = None
@@ -38,15 +38,15 @@ class Source(Strict):
 
 
 class MotionFile(Strict):
-    """How fast the joints may change their velocity: one number for all planned joints, or one for each."""
+    """Acceleration and jerk limits: one number for all planned joints, or one per joint."""
 
     acceleration: Number | list[Number]  # rad/s², m/s² where a joint slides
     jerk: Number | list[Number] | None = None  # rad/s³, m/s³
-    source: str  # who says so
+    source: str  # origin of the numbers
 
 
 class RobotFile(Strict):
-    """What a ``robot.yaml`` holds."""
+    """Content of a ``robot.yaml``."""
 
     name: Name | None = None
     description: str = ""
@@ -64,9 +64,9 @@ class RobotFile(Strict):
 
 @dataclass(frozen=True)
 class JointChoice:
-    """Which joints are planned: those that are named, or those of a group of the SRDF; else what the robot file says.
+    """The planned joints by name, or by SRDF group; else those of the robot file.
 
-    Where that says nothing either, these are the joints between base and tool frame.
+    Without either, the joints between base and tool frame.
     """
 
     group: str | None = None
@@ -78,23 +78,23 @@ ALL_JOINTS = JointChoice()
 
 @dataclass(frozen=True, eq=False)
 class RobotFiles:
-    """A robot as its files describe it, before a scene and a request have said how it is set up; each is read once."""
+    """A robot as its files describe it, before scene and request set it up."""
 
     name: str
-    origin: str  # what was asked for: a name or a path
-    file: RobotFile  # of a URDF by path it names that only
+    origin: str  # the name or path given by the user
+    file: RobotFile  # for a URDF by path, it names that file only
     description: urdf.Description
     srdf: Srdf | None
 
     @cached_property
     def model(self) -> pin.Model:
-        """Pinocchio's model of every movable joint."""
+        """Pinocchio's model of all movable joints."""
         return urdf.build_model(self.description)
 
     def planned_joints(self, tool: str | None, choice: JointChoice, fixed: Mapping[str, float]) -> list[str]:
-        """Names of the planned joints, base first: of those chosen the ones that nothing holds.
+        """Return the planned joints, base first: the chosen ones that are not held.
 
-        Raises :class:`RobotError` for names that the robot does not have, and where a joint chosen by name is held.
+        Raises :class:`RobotError` for unknown names, and for joints chosen by name that are held.
         """
         held = {**self.file.fixed_joints, **fixed}
         chosen = self._chosen_joints(self.tool(tool, choice), choice, held)
@@ -111,9 +111,9 @@ class RobotFiles:
         return [name for name in self.model.names[1:] if name in chosen and name not in held]
 
     def leaders(self, frame: str, held: Collection[str] = ()) -> list[str]:
-        """The joints that move ``frame``, base first; leaders stand for those that follow them.
+        """Return the joints that move ``frame``, base first, leaders in place of followers.
 
-        A joint that is ``held`` follows no other.
+        A joint in ``held`` follows no other.
         """
         joint = self.model.frames[frame_id(self.model, frame)].parentJoint
         joints = [self.model.names[k] for k in self.model.supports[joint] if k != 0]
@@ -131,7 +131,7 @@ class RobotFiles:
         return [joint for joint in self.leaders(tool, held) if joint not in passive]
 
     def tool(self, tool: str | None, choice: JointChoice) -> str:
-        """The tool frame: as asked for, else the robot file's if the chosen group moves it, else the group's tip."""
+        """Return the tool frame: requested, else of the robot file if the group moves it, else its tip."""
         tool = tool or self.file.tool
         if choice.group is not None:
             joints = self._group_joints(choice.group)
@@ -148,7 +148,7 @@ class RobotFiles:
         return tool
 
     def notes_on_tool(self, tool: str | None, choice: JointChoice) -> tuple[Note, ...]:
-        """A note on the tool where it is chosen of several tips, as neither a name nor a group says which it is."""
+        """Return a note if the tool was guessed among several tips."""
         tips = urdf.find_tips(self.model)
         if tool or self.file.tool or choice.group is not None or len(tips) == 1:
             return ()
@@ -162,7 +162,7 @@ class RobotFiles:
 
     @cached_property
     def home(self) -> Mapping[str, float]:
-        """What the state home says of the joints that it names: the robot file, else the SRDF's states of that name."""
+        """Joint values of the state home: from the robot file, else from the SRDF."""
         found: dict[str, float] = {}
         for state in sorted(self.srdf.states if self.srdf else (), key=lambda item: -len(item.values)):
             found |= state.values if state.name == HOME else {}
@@ -170,10 +170,7 @@ class RobotFiles:
         return {joint: value for joint, value in found.items() if self.model.existJointName(joint)}
 
     def motion(self, planned: Sequence[str]) -> MotionFile | None:
-        """What the robot file says of accelerations and jerks, its lists in the order of ``planned`` joints.
-
-        None where it says nothing, or not of all of these joints.
-        """
+        """Return motion limits with lists in the order of ``planned``; None if missing for any joint."""
         lists = dict[str, list[float]]()
         for kind in ("acceleration", "jerk"):
             if isinstance(values := getattr(self.file.motion, kind, None), list):
@@ -184,7 +181,7 @@ class RobotFiles:
         return self.file.motion and self.file.motion.model_copy(update=lists)
 
     def _by_joint(self, values: Sequence[float], what: str) -> dict[str, float]:
-        """One value for each joint that the robot file plans; :class:`RobotError` where there are more or fewer."""
+        """Return one value per joint that the robot file plans; :class:`RobotError` for other counts."""
         joints = self.file.joints or self.leaders(self.tool(None, ALL_JOINTS))
         if len(joints) != len(values):
             raise RobotError(
@@ -195,28 +192,28 @@ class RobotFiles:
 
     @cached_property
     def disabled_pairs(self) -> frozenset[frozenset[str]] | None:
-        """What SRDF and robot file say needs no check; None where neither says anything."""
-        # some SRDFs disable nothing at all
+        """Link pairs that SRDF and robot file exclude from checks; None if neither does."""
+        # some SRDFs disable no pair
         said = self.srdf.disabled_among(self.description.links) if self.srdf else frozenset()
         listed = self.file.disabled_pairs
         if listed is None:
             return said or None
         if unknown := [link for pair in listed for link in pair if link not in self.description.links]:
             raise RobotError(
-                f"robot file {self.origin}: disabled_pairs names link {quote(unknown[0])}, which the URDF has not; "
+                f"robot file {self.origin}: disabled_pairs names link {quote(unknown[0])}, which the URDF lacks; "
                 f"links are {choices(sorted(self.description.links))}."
             )
         return said | frozenset(frozenset(pair) for pair in listed)
 
     @property
     def notes(self) -> tuple[Note, ...]:
-        """What the files say that is not followed."""
+        """Notes on ignored content of the files."""
         of_srdf = self.srdf.notes(self.description, self.file.srdf is not None) if self.srdf else ()
         return (*self.description.notes, *of_srdf)
 
 
 def read_robot(name: StrPath, srdf: StrPath | None = None) -> RobotFiles:
-    """The files of a robot given by name, by path, or by the text of its URDF; ``srdf`` replaces its own."""
+    """Return the files of a robot given by name, path or URDF text; ``srdf`` replaces its own."""
     name = os.fspath(name)
     text = name if name.lstrip().startswith("<") else None
     of_text = Path(), RobotFile(urdf=Source(file="<string>"), mesh_pieces=True)
@@ -232,14 +229,14 @@ def read_robot(name: StrPath, srdf: StrPath | None = None) -> RobotFiles:
 
 
 def robot_file(name: str) -> Path:
-    """The robot.yaml or URDF that a name or path stands for, whether it is there or not."""
+    """Return the robot.yaml or URDF that a name or path stands for, which may be missing."""
     if name in robot_names():
         return robots_folder() / name / _ROBOT_FILE
     return Path(name) / _ROBOT_FILE if name and os.path.isfile(Path(name) / _ROBOT_FILE) else Path(name)
 
 
 def find_robot(name: str) -> tuple[Path, RobotFile]:
-    """The robot file, or one that names only the URDF, and the folder that its paths are relative to."""
+    """Return the folder of relative paths, and the robot file (for a URDF, one that names only it)."""
     path = robot_file(name)
     if path.suffix.lower() in (".yaml", ".yml"):
         where = f"robot file {path}"
@@ -247,7 +244,7 @@ def find_robot(name: str) -> tuple[Path, RobotFile]:
     if path.suffix.lower() in (".urdf", ".xml", ".xacro") or "/" in name:
         return Path(), RobotFile(urdf=Source(file=str(path)), mesh_pieces=True)
     if name.endswith("_description") and name.isidentifier() and not os.path.isfile(path):
-        return Path(), _described(name)
+        return Path(), _find_described(name)
     if os.path.isfile(path):
         raise RobotError(f"robot file {path} ends neither in .urdf nor in .yaml: rename it, or choose another file.")
     raise RobotError(
@@ -256,8 +253,8 @@ def find_robot(name: str) -> tuple[Path, RobotFile]:
     )
 
 
-def _described(name: str) -> RobotFile:
-    """A robot of the package robot_descriptions, whose module downloads its files where they are not in its cache."""
+def _find_described(name: str) -> RobotFile:
+    """Return a robot of the package robot_descriptions, whose module may download its files."""
     require_extra(_DESCRIPTIONS, "descriptions")
     try:
         said = vars(importlib.import_module(f"{_DESCRIPTIONS}.{name}"))

@@ -1,6 +1,6 @@
-"""SRDF, MoveIt's semantic companion of a URDF: pairs that need no check, planning groups, named group states.
+"""SRDF, MoveIt's companion of a URDF: disabled pairs, planning groups, named states.
 
-Pinocchio reads pairs and states too, but skips what it cannot use without a word, and knows no groups.
+Pinocchio reads pairs and states too, but skips invalid ones silently and ignores groups.
 """
 
 import xml.etree.ElementTree as ET
@@ -15,7 +15,7 @@ from planner.base.yamlfile import quote
 from planner.robot.files import urdf
 from planner.robot.files.packages import read_root
 
-_INSIDE = {"group": ("joint", "link", "chain", "group", "passive_joint"), "group_state": ("joint",)}  # what is read
+_INSIDE = {"group": ("joint", "link", "chain", "group", "passive_joint"), "group_state": ("joint",)}
 _READ = (*_INSIDE, "disable_collisions", "enable_collisions", "disable_default_collisions")
 _READ += ("virtual_joint", "passive_joint")
 _HARMLESS = ("end_effector", "link_sphere_approximation", "joint_property")  # no path depends on them
@@ -23,7 +23,7 @@ _HARMLESS = ("end_effector", "link_sphere_approximation", "joint_property")  # n
 
 @dataclass(frozen=True)
 class GroupState:
-    """Named values (rad, m) of the joints of a group that have one."""
+    """Named joint values (rad, m) of a group."""
 
     name: str
     values: Mapping[str, float]
@@ -31,10 +31,10 @@ class GroupState:
 
 @dataclass(frozen=True, eq=False)
 class Srdf:
-    """The parts of an SRDF that count here; ``disabled`` are pairs of links that need no collision check.
+    """The parts of an SRDF that planning uses; ``disabled`` link pairs need no collision check.
 
-    Nor do the links ``unchecked`` against any other link, but for the pairs ``enabled``. The robot's base stands in
-    ``world_frame``, and ``moves`` there if not fixed; ``other`` are the parts of the file that are not read.
+    ``unchecked`` links are checked against no other link except in ``enabled`` pairs. The base stands in
+    ``world_frame``; ``moves`` is the type of the virtual joint; ``other`` lists ignored elements.
     """
 
     path: Path
@@ -50,12 +50,12 @@ class Srdf:
     other: tuple[str, ...]
 
     def disabled_among(self, links: Iterable[str]) -> frozenset[frozenset[str]]:
-        """The pairs of a robot's ``links`` that need no collision check."""
+        """Return the pairs of ``links`` that need no collision check."""
         pairs = {frozenset((one, other)) for one in self.unchecked for other in links if one != other}
         return self.disabled | (frozenset(pairs) - self.enabled)
 
     def notes(self, description: urdf.Description, is_own: bool) -> Iterator[Note]:
-        """Notes on the parts that are not followed as they stand; a robot file says that an SRDF is the robot's own."""
+        """Yield notes on content that is ignored; ``is_own``: a robot file names this SRDF as the robot's."""
         links = {link for pair in self.disabled | self.enabled for link in pair} | {*self.unchecked}
         joints = {*self.passive, *(joint for state in self.states for joint in state.values)}
         parts = {
@@ -72,10 +72,10 @@ class Srdf:
 
 
 def read_srdf(path: Path, arguments: Mapping[str, str] | None = None) -> Srdf:
-    """The SRDF at ``path``, xacro with ``arguments`` included; :class:`RobotError` says what is wrong with it."""
+    """Return the SRDF at ``path``, xacro expanded with ``arguments``; :class:`RobotError` if invalid."""
     root = read_root(path, "SRDF", arguments)
     if root.tag != "robot":
-        raise RobotError(f"{path} is no SRDF: its root element is <{quote(root.tag)[1:-1]}>, not <robot>.")
+        raise RobotError(f"root element of SRDF {path} must be <robot>, got <{quote(root.tag)[1:-1]}>: choose an SRDF.")
     other = [child.tag for child in root if child.tag not in (*_READ, *_HARMLESS)]
     inside = [(outer, inner.tag) for outer in _INSIDE for child in root.iterfind(outer) for inner in child]
     other += [f"{outer}/{inner}" for outer, inner in inside if inner not in _INSIDE[outer]]
@@ -107,7 +107,7 @@ def _names(element: ET.Element, kind: str) -> list[str]:
 
 
 def _state(element: ET.Element, other: list[str]) -> GroupState:
-    """A state; joints of several degrees of freedom go to ``other``."""
+    """Return a state; joints with several values go to ``other``."""
     name, values = element.attrib["name"], dict[str, float]()
     for item in element.findall("joint"):
         joint = item.attrib["name"]
@@ -119,9 +119,9 @@ def _state(element: ET.Element, other: list[str]) -> GroupState:
 
 
 def group_joints(srdf: Srdf, name: str, description: urdf.Description, model: pin.Model) -> list[str]:
-    """The joints that move by themselves in the group ``name``, base first: not fixed, passive or mimicking ones.
+    """Return the joints that a group moves, base first, without fixed, passive and mimic joints.
 
-    Raises :class:`RobotError` for an unknown group, or one that names unknown links or moves nothing.
+    Raises :class:`RobotError` for an unknown group, unknown links, or a group that moves nothing.
     """
     found = set(_joints_of(srdf, name, description)) - srdf.passive - {item.joint for item in description.mimics}
     joints = [joint for joint in model.names[1:] if joint in found]
@@ -131,19 +131,19 @@ def group_joints(srdf: Srdf, name: str, description: urdf.Description, model: pi
 
 
 def group_tip(srdf: Srdf, name: str, description: urdf.Description, joints: Sequence[str]) -> str:
-    """The link at the end of the group: the tip of its chain, or else the link that the last of its joints moves."""
+    """Return the last link of a group: the tip of its only chain, else the child of its last joint."""
     tips = [chain.get("tip_link", "") for chain in srdf.groups[name].findall("chain")]
     return tips[0] if len(tips) == 1 else description.joints[joints[-1]][1]
 
 
 def states_of_joints(srdf: Srdf, joints: Sequence[str]) -> dict[str, tuple[float, ...]]:
-    """The named states that say something of every one of ``joints``; of two with one name the smaller group's."""
+    """Return the states that define all of ``joints``; the smaller group wins for equal names."""
     states = sorted(srdf.states, key=lambda state: -len(state.values))
     return {s.name: tuple(s.values[joint] for joint in joints) for s in states if {*joints} <= s.values.keys()}
 
 
 def _joints_of(srdf: Srdf, name: str, description: urdf.Description, outer: tuple[str, ...] = ()) -> Iterator[str]:
-    """The joints, moving or fixed, that a group and the groups in it name by themselves, by links and by chains."""
+    """Yield the joints, also fixed ones, that a group and its subgroups name directly, by links or chains."""
     where = f"group '{name}' of SRDF {srdf.path}"
     if name not in srdf.groups:
         raise RobotError(f"group '{name}' not found in SRDF {srdf.path}; groups are {choices(srdf.groups)}.")

@@ -1,4 +1,4 @@
-"""URDF and SRDF into a Pinocchio model of the planned joints and backend-neutral bodies."""
+"""URDF as a Pinocchio model of the planned joints."""
 
 import contextlib
 import math
@@ -22,18 +22,18 @@ from planner.robot.poses import se3
 from planner.robot.shapes import Mesh
 
 MJCF = "mujoco"  # the root element of MJCF files
-_TOOLS = (  # usual names of the frame at an arm's end, those of tools first
+_TOOLS = (  # usual names of the end frame, tools first
     *("tool0", "tcp", "tool_frame", "ee_link", "ee", "eef", "end_effector", "end_effector_link", "gripper_frame_link"),
     "flange",
 )
 _LINK = " (link)"
-_MOST = 1000.0  # rad, m: a joint that follows goes no farther
-_SAME = 1e-9  # relative to rad, m: limits that are nearer to each other are the same
+_MOST = 1000.0  # rad, m: largest value of a follower
+_SAME = 1e-9  # rad, m: closer limits are equal
 
 
 @dataclass(frozen=True)
 class Description:
-    """A URDF as read: its text made fit for Pinocchio, where its meshes are looked for, its continuous joints."""
+    """A URDF adapted for Pinocchio, with the names and files that it refers to."""
 
     path: Path
     name: str
@@ -53,13 +53,13 @@ class Description:
 
     @cached_property
     def package_dirs(self) -> list[str]:
-        """Folders that the files of its meshes may be relative to."""
+        """Folders to which mesh paths may be relative."""
         return [str(folder) for folder in self.path.resolve().parents][:4]
 
     def mimic(self, joint: str, held: Collection[str] = ()) -> Mimic:
-        """How ``joint`` follows the joint at the end of its chain of leaders, or the first one that is ``held``.
+        """Return how ``joint`` follows its last leader, or the first leader in ``held``.
 
-        A joint that mimics no other follows itself. Raises :class:`RobotError` for leaders in a circle.
+        A joint without a leader follows itself. Raises :class:`RobotError` for circular leaders.
         """
         own, found = {item.joint: item for item in self.mimics}, Mimic(joint, joint, 1.0, 0.0)
         for _ in range(len(own) + 1):
@@ -74,17 +74,16 @@ class Description:
 
 
 def read_description(path: Path, arguments: Mapping[str, str] | None = None, text: str | None = None) -> Description:
-    """The URDF at ``path``, or its ``text``; continuous joints become revolute ones of one turn: each is one angle.
+    """Return the URDF at ``path`` or in ``text``; continuous joints become revolute within one turn.
 
-    It may be xacro, which is expanded with ``arguments``, or MuJoCo's MJCF. Capsules are read only from version 1.1 on
-    (they vanish otherwise), so the version is raised.
+    xacro is expanded with ``arguments``; MJCF is converted. The version becomes 1.1, below which readers drop capsules.
     """
     root = read_root(path, "URDF", arguments, text)
     meshes, sites, notes = {}, {}, ()
     if root.tag == MJCF:
         root, meshes, sites, notes = convert_mjcf(path, root.get("model") or path.stem)
     if root.tag != "robot":
-        raise RobotError(f"{path} is no URDF: its root element is <{quote(root.tag)[1:-1]}>, not <robot>.")
+        raise RobotError(f"root element of URDF {path} must be <robot>, got <{quote(root.tag)[1:-1]}>: choose a URDF.")
     root.set("version", "1.1")
     _require_known_words(root, path)
     find_meshes(root, path)
@@ -96,7 +95,7 @@ def read_description(path: Path, arguments: Mapping[str, str] | None = None, tex
         text = f"limits on {choices(lost)} in the URDF are not followed: give them with --limits, or in a robot.yaml."
         notes = (*notes, Note(text))
     for joint in joints:
-        _keep_soft_limits(joint)
+        _apply_soft_limits(joint)
     continuous = frozenset(_make_revolute(joint) for joint in joints if joint.get("type") == "continuous")
     # talos_reduced leaves <mimic> in joints that it makes fixed: those follow no other
     moving = [joint for joint in joints if joint.get("type") != "fixed"]
@@ -120,7 +119,7 @@ def read_description(path: Path, arguments: Mapping[str, str] | None = None, tex
     )
 
 
-_WORDS = {  # what readers of a URDF know; they skip any other word in silence, and with it a <colision>
+_WORDS = {  # known words: readers skip others silently, so a <colision> would be lost
     "robot": "name version link joint material gazebo transmission",
     "link": "name inertial visual collision collision_checking",
     "joint": "name type origin parent child axis limit mimic dynamics calibration safety_controller",
@@ -134,7 +133,7 @@ _WORDS = {  # what readers of a URDF know; they skip any other word in silence, 
 
 
 def _require_known_words(root: ET.Element, path: Path) -> None:
-    """Refuse elements and attributes that are misspelt, and joints whose axis has no direction."""
+    """Raise :class:`RobotError` for misspelt elements and attributes, and for axes of zero length."""
     for element in root.iter():
         known = _WORDS.get(element.tag, "").split()
         for word in (*(child.tag for child in element), *element.attrib):
@@ -151,7 +150,7 @@ def _require_known_words(root: ET.Element, path: Path) -> None:
 
 
 def _floats(text: str) -> list[float]:
-    """The numbers of a text that holds nothing else; else none."""
+    """Return the numbers of a text, or none if it holds anything else."""
     with contextlib.suppress(ValueError):
         return [number(word) for word in text.split()]
     return []
@@ -162,13 +161,13 @@ def _name(element: ET.Element) -> str:
 
 
 def _end(joint: ET.Element, kind: str) -> str:
-    """The name of a joint's ``kind`` of link, empty where it has none."""
+    """Return the name of a joint's parent or child link, empty without one."""
     element = joint.find(kind)
     return "" if element is None else element.get("link", "")
 
 
 def read_number(element: ET.Element, key: str, default: float = math.nan) -> float:
-    """The finite number that an attribute holds; :class:`RobotError` for any other text."""
+    """Return the finite number in an attribute; :class:`RobotError` for other text."""
     text = element.get(key, repr(default))
     try:
         value = number(text)
@@ -184,8 +183,8 @@ def _mimic(joint: ET.Element, item: ET.Element) -> Mimic:
     return Mimic(_name(joint), item.get("joint", ""), factor, offset)
 
 
-def _keep_soft_limits(joint: ET.Element) -> None:
-    """Narrow a joint's limits to those of its safety controller, which lets no motion come beyond them."""
+def _apply_soft_limits(joint: ET.Element) -> None:
+    """Narrow a joint's limits to the soft limits of its safety controller."""
     limit, safety = joint.find("limit"), joint.find("safety_controller")
     if limit is None or safety is None or joint.get("type") not in ("revolute", "prismatic"):
         return
@@ -212,7 +211,7 @@ def _make_revolute(joint: ET.Element) -> str:
 
 
 def build_model(description: Description) -> pin.Model:
-    """Pinocchio's model of every movable joint; all of one degree of freedom or the robot is refused."""
+    """Return Pinocchio's model of all movable joints; :class:`RobotError` unless each has one value."""
     if description.model is not None:
         return description.model.copy()
     printed = CapturedOutput()
@@ -229,15 +228,15 @@ def build_model(description: Description) -> pin.Model:
                 "only revolute, continuous and prismatic joints are supported. Make it fixed, where --base places the "
                 "robot, or give each degree of freedom a joint of its own."
             )
-    _require_sound(model, description)
+    _require_complete_model(model, description)
     for name, (link, place) in description.sites.items():
         holder = model.frames[on := frame_id(model, link)]
         model.addFrame(pin.Frame(name, holder.parentJoint, on, holder.placement * place, pin.FrameType.OP_FRAME))
     return model
 
 
-def _require_sound(model: pin.Model, description: Description) -> None:
-    """Raise :class:`RobotError` for links that Pinocchio left out, and for frames that it places nowhere."""
+def _require_complete_model(model: pin.Model, description: Description) -> None:
+    """Raise :class:`RobotError` for links that Pinocchio dropped, and for frames without a placement."""
     if lost := description.links - {frame.name for frame in model.frames}:
         raise RobotError(f"links {choices(sorted(lost))} of {description.path} hang on no root; mend the file.")
     data = model.createData()
@@ -253,10 +252,10 @@ def _require_sound(model: pin.Model, description: Description) -> None:
 def resolve_mimics(
     description: Description, model: pin.Model, planned: Sequence[str], fixed: Mapping[str, float]
 ) -> tuple[dict[str, float], tuple[Mimic, ...]]:
-    """The values of all joints that are held, and the joints that follow ``planned`` ones.
+    """Return the values of all held joints, and the joints that follow ``planned`` ones.
 
-    Held are ``fixed`` joints, which may not follow a planned one, and those that mimic joints that stand. Raises
-    :class:`RobotError`.
+    Joints are held if they are ``fixed``, or mimic a joint that does not move. Raises :class:`RobotError` for planned
+    followers and for fixed followers of planned joints.
     """
     held, followers = dict(fixed), list[Mimic]()
     for own in description.mimics:
@@ -288,9 +287,9 @@ def resolve_mimics(
 def narrow_limits(
     model: pin.Model, followers: Sequence[Mimic], continuous: frozenset[str]
 ) -> tuple[set[str], list[Note]]:
-    """Narrow limits in ``model`` so that followers keep theirs; the joints that turn without end, and notes.
+    """Narrow limits in ``model`` so that followers stay within theirs; return endless joints and notes.
 
-    Of the ``continuous`` joints those turn without end whose followers all do, by whole multiples.
+    Of the ``continuous`` joints, those stay endless whose followers are all continuous with integer multipliers.
     """
     endless, notes = set(continuous), list[Note]()
     lower, upper, velocity = model.lowerPositionLimit, model.upperPositionLimit, model.upperVelocityLimit
@@ -326,7 +325,7 @@ def reduce_model(
     fixed: Mapping[str, float],
     base: Floats,
 ) -> tuple[pin.Model, pin.GeometryModel]:
-    """The model of the ``moving`` joints, the others held at ``fixed`` (else at neutral), placed at ``base``."""
+    """Return the model of ``moving`` joints, others held at ``fixed`` (else neutral), placed at ``base``."""
     reference = pin.neutral(model)
     for name, value in fixed.items():
         if not model.existJointName(name):
@@ -346,7 +345,7 @@ def reduce_model(
 
 
 def _rename(model: pin.Model, old: str, new: str) -> None:
-    """Another ending for the names of links: of all that have the ``old`` one, or, without one, the name of a joint."""
+    """Replace the ending ``old`` of link names by ``new``; without ``old``, of links named like a joint."""
     joints = {frame.name for frame in model.frames if frame.type != pin.FrameType.BODY}  # of fixed ones too
     for frame in model.frames:
         if frame.type == pin.FrameType.BODY and (frame.name.endswith(old) if old else frame.name in joints):
@@ -366,7 +365,7 @@ def _move_base(model: pin.Model, geometry: pin.GeometryModel, base: pin.SE3) -> 
 
 
 def find_tips(model: pin.Model) -> list[str]:
-    """The candidates for a tool: links that no joint hangs on, each replaced by its site where it has exactly one."""
+    """Return candidates for the tool: links without child joints, or their site if there is exactly one."""
     parents = {frame.parentFrame for frame in model.frames if frame.type != pin.FrameType.OP_FRAME}
     links = [k for k, f in enumerate(model.frames) if k not in parents and f.type == pin.FrameType.BODY]
     sites = [[f.name for f in model.frames if f.parentFrame == k and f.type == pin.FrameType.OP_FRAME] for k in links]
@@ -374,7 +373,7 @@ def find_tips(model: pin.Model) -> list[str]:
 
 
 def guess_tools(model: pin.Model) -> tuple[list[str], str]:
-    """Frames that may be the tool where none is named, and why: those with the first of usual names, else tips."""
+    """Return the likely tool frames and the reason: usual names, else the tips that most joints move."""
     kinds, frames = (pin.FrameType.BODY, pin.FrameType.OP_FRAME), model.frames
     moved = {f.name: len(model.supports[f.parentJoint]) for f in frames if f.type in kinds and f.parentJoint}
     for word in _TOOLS:

@@ -1,4 +1,4 @@
-"""The geometry of a robot's links as backend-neutral bodies, its meshes out of the cache, and its mesh files."""
+"""Geometry of a robot's links as backend-neutral bodies, and its mesh files."""
 
 import os
 import xml.etree.ElementTree as ET
@@ -55,7 +55,7 @@ def read_bodies(
 def read_geometry(
     description: urdf.Description, model: pin.Model, kind: Kind
 ) -> tuple[pin.GeometryModel, dict[str, Mesh]]:
-    """The geometry of one ``kind``, placed by Pinocchio with a ball for each mesh, and the meshes by their names."""
+    """Return the geometry of one ``kind``, with a ball for each mesh, and the meshes by name."""
     if description.geometry:
         return description.geometry[kind].copy(), {}
     xml, meshes = _without_meshes(description, kind)
@@ -80,10 +80,7 @@ def read_geometry(
 
 
 def _without_meshes(description: urdf.Description, kind: Kind) -> tuple[str, dict[str, Mesh]]:
-    """The URDF with a ball in place of each mesh of a ``kind``, and the meshes by their names in Pinocchio.
-
-    Both are thinned, meshes that collide with a rounding that holds the file's; each file is read once for a scale.
-    """
+    """Return the URDF with a ball in place of each mesh of one ``kind``, and the meshes by name."""
     root, found = ET.fromstring(description.xml), dict[str, Mesh]()
     read: dict[tuple[str, str], Mesh] = {}
     for link in root.iterfind("link"):
@@ -103,7 +100,7 @@ def _without_meshes(description: urdf.Description, kind: Kind) -> tuple[str, dic
 def _read(description: urdf.Description, name: str, scale: str, kind: Kind) -> Mesh:
     if (own := description.meshes.get(name)) is not None:
         return simplify(own) if kind == "collision" else read_display_mesh(own)
-    file = next(_places(description, name), None)
+    file = next(_mesh_paths(description, name), None)
     if file is None:
         raise RobotError(
             f"mesh file {quote(name)} of {description.path} not found: put it where the URDF names it, or name the "
@@ -117,23 +114,23 @@ def _read(description: urdf.Description, name: str, scale: str, kind: Kind) -> M
 
 
 def mesh_files(description: urdf.Description, kind: Kind | None = None) -> list[Path]:
-    """The mesh files that the URDF names, of one ``kind`` or of both, as far as they are found, in a fixed order."""
+    """Return the existing mesh files of one ``kind`` or both, in a fixed order."""
     root, found = ET.fromstring(description.xml), list[Path]()
     for each in (kind,) if kind else ("collision", "visual"):
         names = {mesh.get("filename", "") for element in root.iter(each) for mesh in element.iter("mesh")}
-        found += [path for name in sorted(names) for path in _places(description, name)]
+        found += [path for name in sorted(names) for path in _mesh_paths(description, name)]
     return found
 
 
-def _places(description: urdf.Description, name: str) -> Iterator[Path]:
-    """The files that a mesh of this ``name`` may be in."""
+def _mesh_paths(description: urdf.Description, name: str) -> Iterator[Path]:
+    """Return the existing files that a mesh name may refer to."""
     place = name.removeprefix("file://")
     found = (Path(folder) / place for folder in description.package_dirs)
     return (path for path in found if os.path.isfile(path))
 
 
 def shape_of(geometry: coal.CollisionGeometry, kind: Kind = "collision") -> Shape:
-    """A coal geometry as a shape of ours, meshes that collide thinned; :class:`RobotError` for another kind."""
+    """Return a coal geometry as a shape, collision meshes simplified; :class:`RobotError` if unsupported."""
     if isinstance(geometry, coal.ShapeBase) and geometry.getSweptSphereRadius() > 0:
         raise RobotError("a shape with a swept sphere radius is not supported: make the shape itself larger.")
     match geometry:

@@ -1,4 +1,4 @@
-"""The parts of ROS messages that this planner follows, and one rule for all keys that they do not name."""
+"""The ROS messages that planning uses, and one rule for all other keys."""
 
 from __future__ import annotations
 
@@ -25,11 +25,11 @@ from planner.robot.poses import pose
 
 _AT_REST = 0.01  # rad/s, m/s: encoders report this much of an arm that stands
 _SAME = 1e-9  # numbers no further from a default are that default
-_LABELS = {  # these name, date or colour something, at any place: by themselves they mean nothing
+_LABELS = {  # names, dates and colours, which mean nothing by themselves
     "header", "stamp", "seq", "frame_id", "id", "name", "type", "link_name", "joint_names", "default_entry_names",
     "object_colors", "resolution", "binary",
 }  # fmt: skip
-_HARMLESS = {  # no path depends on these: one note names those that hold a value
+_HARMLESS = {  # no path depends on these: a note names those with a value
     "subframe_names", "subframe_poses", "detach_posture", "weight", "effort", "wrench", "workspace_parameters",
     "reference_trajectories", "pipeline_id", "planner_id", "num_planning_attempts", "allowed_planning_time",
     "cartesian_speed_limited_link", "cartesian_speed_end_effector_link",
@@ -40,27 +40,28 @@ Kind = TypeVar("Kind", bound="Message")
 
 
 class Message(Strict):
-    """Base of all messages; :func:`read_message` judges the keys that a message does not have."""
+    """Base class of messages; :func:`read_message` checks keys that a message lacks."""
 
     model_config = pydantic.ConfigDict(extra="ignore")
 
 
 def read_message(kind: type[Kind], data: Any, where: str) -> tuple[Kind, tuple[Note, ...]]:
-    """A message out of plain data, and a note of its harmless keys; :class:`SceneError` for any other key with a value.
+    """Return a message from plain data, and a note on harmless keys that are ignored.
 
-    A value that ROS fills in by itself (0, an empty text or list, an identity) counts as none.
+    ROS default values (0, empty text or list, identity) count as empty. Raises :class:`SceneError` for other unknown
+    keys.
     """
     data, harmless = _as_lists(data), list[str]()
     for place, key, meant in _unknown(data, kind) if isinstance(data, dict) else ():
         if key not in _HARMLESS:
-            raise SceneError(f"{where}: '{place[:200]}' is not followed by this planner{meant}; take it out.")
+            raise SceneError(f"{where}: '{place[:200]}' is not supported{meant}; remove it.")
         harmless.append(place)
-    text = f"{where}: passed over, as no path depends on it: {choices(harmless)}."
+    text = f"{where}: ignored, because no path depends on it: {choices(harmless)}."
     return validate(kind, data, where, SceneError), ((Note(text, grave=False),) if harmless else ())
 
 
 def _as_lists(value: Any) -> Any:
-    """Plain data with vectors, rows and triangles as lists, as some exporters write them."""
+    """Return plain data with vectors, rows and triangles as lists, as some exporters write them."""
     if isinstance(value, list):
         return [_as_lists(item) for item in value]
     if not isinstance(value, dict):
@@ -72,7 +73,7 @@ def _as_lists(value: Any) -> Any:
 
 
 def _unknown(data: dict[Any, Any], kind: type[Message], at: str = "") -> Iterator[tuple[str, str, str]]:
-    """The places of keys that ``kind`` lacks and that hold a value, each with the key and which one was meant."""
+    """Yield path and name of nonempty keys that ``kind`` lacks, and a suggestion."""
     for key, value in data.items():
         field = kind.model_fields.get(key)
         if field is None and not _is_empty(value, str(key)):
@@ -84,7 +85,7 @@ def _unknown(data: dict[Any, Any], kind: type[Message], at: str = "") -> Iterato
 
 
 def _is_empty(value: Any, key: str) -> bool:
-    """Whether a key holds what ROS fills in by itself, or nothing but labels."""
+    """Return whether a value is a ROS default or consists of labels only."""
     if key in _LABELS or (key in ("scale", "weight") and value == 1.0):
         return True
     if isinstance(value, dict):
@@ -99,13 +100,15 @@ def _is_empty(value: Any, key: str) -> bool:
     return value in (None, "", "ADD", "add", "\0", b"\0")  # ADD is 0, a byte, in several spellings
 
 
-def _turning(quaternion: tuple[float, float, float, float]) -> tuple[float, float, float, float]:
+def _require_direction(quaternion: tuple[float, float, float, float]) -> tuple[float, float, float, float]:
     pose(quaternion=quaternion)  # ValueError for one of zero length
     return quaternion
 
 
 Triple = tuple[Coordinate, Coordinate, Coordinate]
-Quaternion = Annotated[tuple[Coordinate, Coordinate, Coordinate, Coordinate], pydantic.AfterValidator(_turning)]
+Quaternion = Annotated[
+    tuple[Coordinate, Coordinate, Coordinate, Coordinate], pydantic.AfterValidator(_require_direction)
+]
 Frame = Annotated[Name, pydantic.AfterValidator(lambda name: name.removeprefix("/"))]  # tf's first releases wrote it
 Tolerance = Annotated[Number, pydantic.Field(ge=0)]
 Solids = Sequence[tuple[str, tuple[float, ...], Floats]]
@@ -146,7 +149,7 @@ class MeshMessage(Message):
 
 
 class SolidPrimitive(Message):
-    """A solid, or a tolerance in its shape, which may have no size."""
+    """A solid, or a tolerance region, which may have zero size."""
 
     type: Name | Annotated[Whole, pydantic.Field(ge=0, le=255)]  # a byte in the message
     dimensions: tuple[Tolerance, ...]
@@ -213,7 +216,7 @@ class AllowedCollisionMatrix(Message):
         return self
 
     def pairs(self, allowed: bool) -> frozenset[frozenset[str]]:
-        """The pairs of names that may touch, or that the matrix says may not."""
+        """Return the pairs of names that the matrix allows, or forbids, to touch."""
         names = self.entry_names
         rows, columns = np.nonzero(np.array(self.entry_values, dtype=bool) == allowed) if names else ((), ())
         return frozenset(frozenset((names[i], names[j])) for i, j in zip(rows, columns, strict=True) if i != j)
@@ -250,7 +253,7 @@ class BoundingVolume(Message):
         return self
 
     def solids(self) -> Solids:
-        """Alternatives: a kind of solid, its dimensions and its placement (4, 4)."""
+        """Return the alternatives: kind of solid, dimensions and placement (4, 4)."""
         points = [("point", ())] * len(self.primitive_poses)
         named = [(each.kind, each.dimensions) for each in self.primitives] or points
         return [(*solid, each.matrix()) for solid, each in zip(named, self.primitive_poses, strict=True)]
@@ -291,7 +294,7 @@ class Constraints(Message):
 
     @property
     def is_simplified(self) -> bool:
-        """Whether tolerances are followed by simpler ones inside them."""
+        """Whether tolerances are replaced by simpler ones inside them."""
         solids = [solid for each in self.position_constraints for solid in each.constraint_region.primitives]
         turns = any(any(each.tolerances) for each in self.orientation_constraints)
         return turns or any(each.kind != "box" and any(each.dimensions) for each in solids)

@@ -1,4 +1,4 @@
-"""MotionPlanRequest messages: the robot, start, goals and path constraints of a request, in a scene."""
+"""MotionPlanRequest messages: start, goals and path constraints for a robot in a scene."""
 
 import itertools
 import math
@@ -39,16 +39,15 @@ from planner.robot.robot_in_scene import placement_of_frame
 from planner.robot.scene import Scene
 from planner.robot.shapes import Carried
 
-_SAME = 1e-6  # rad, m: a joint that is held where a goal wants it
+_SAME = 1e-6  # rad, m: tolerance of a held joint at a goal
 _RIGHT = 0.5 * math.pi
 
 
 @dataclass(frozen=True)
 class MotionPlanRequest:
-    """A start by joint names, carried shapes, alternative goals, constraints on the path, shares of the limits.
+    """Start by joint names, carried shapes, alternative goals, path constraints, limit scales.
 
-    ``group`` is empty where the request names none. ``shares``, of velocity and of acceleration, are there where the
-    request says one. A start that ``replaces`` the scene's is no difference to it.
+    ``group`` is empty if not given. A start that ``replaces`` the scene's is not a difference to it.
     """
 
     where: str
@@ -63,7 +62,7 @@ class MotionPlanRequest:
 
 
 def read_motion_plan_request(path: StrPath) -> MotionPlanRequest:
-    """The request at ``path``; :class:`SceneError` for what cannot be read, or a field that changes what is asked."""
+    """Return the request at ``path``; :class:`SceneError` for invalid files and unsupported fields."""
     path = Path(path)
     where = f"MotionPlanRequest {path}"
     data = parse_yaml(read_text(path, "MotionPlanRequest"), where)
@@ -93,9 +92,9 @@ def read_motion_plan_request(path: StrPath) -> MotionPlanRequest:
 
 
 def with_start_state(scene: Scene, message: MotionPlanRequest | None) -> Scene:
-    """The scene as a request changes it: with the objects that its start attaches, and with its notes.
+    """Return the scene with the objects that the request's start attaches, and with its notes.
 
-    Without one a note names what counts with a request only.
+    Without a request, a note names scene content that only a request uses.
     """
     if message is None:
         if scene.message is None or not scene.message.state:
@@ -119,21 +118,21 @@ def with_start_state(scene: Scene, message: MotionPlanRequest | None) -> Scene:
 
 
 def choose_joints(message: MotionPlanRequest, given: JointChoice, files: RobotFiles) -> JointChoice:
-    """The joints that are planned: as ``given``, else those of the request's group, where the SRDF has that."""
+    """Return the joint choice ``given``, or else the request's group if the SRDF has it."""
     known = files.srdf is not None and message.group in files.srdf.groups
     return JointChoice(message.group) if given == ALL_JOINTS and known else given
 
 
 def start_values(message: MotionPlanRequest, scene: Scene) -> dict[str, float]:
-    """Joint values by name: the request's, and where it says nothing the scene's."""
+    """Return joint values by name: the request's, else the scene's."""
     start = {**(scene.message.state if scene.message else {}), **message.start}
     if not start:
-        raise SceneError(f"{message.where} has no joint state to start from; add start_state.joint_state.")
+        raise SceneError(f"{message.where} has no start state; add start_state.joint_state.")
     return start
 
 
 def request_notes(message: MotionPlanRequest, robot: Robot, choice: JointChoice) -> Iterator[Note]:
-    """Notes on values of a request that the robot cannot use; ``choice`` says who chose the planned joints."""
+    """Yield notes on values of a request that the robot cannot use."""
     where, known = message.where, {name: value for name, value in message.start.items() if name in robot.source.joints}
     if lacking := [name for name in message.start if name not in known]:
         text = f"{where}: its start_state names joints that the robot lacks, passed over: {choices(lacking)}."
@@ -150,12 +149,12 @@ def request_notes(message: MotionPlanRequest, robot: Robot, choice: JointChoice)
 
 
 def start_joints(message: MotionPlanRequest, robot: Robot, scene: Scene) -> Joints:
-    """Where the planned joints start."""
-    return _planned(start_values(message, scene), robot, "start")
+    """Return the start of the planned joints."""
+    return _planned_values(start_values(message, scene), robot, "start")
 
 
 def goal_targets(message: MotionPlanRequest, robot: Robot, scene: Scene) -> list[Target]:
-    """The goals: joint values, or conditions on links, one target for each choice of their regions."""
+    """Return the goals: joint values, or conditions on links with one target per choice of regions."""
     start, found = start_values(message, scene), list[Target]()
     for k, goal in enumerate(message.goals, start=1):
         where = f"{message.where}: goal {k}"
@@ -173,7 +172,7 @@ def goal_targets(message: MotionPlanRequest, robot: Robot, scene: Scene) -> list
 
 
 def path_conditions(message: MotionPlanRequest, robot: Robot, scene: Scene) -> tuple[Condition, ...]:
-    """The conditions that the request's path constraints put on links."""
+    """Return the conditions of the request's path constraints on links."""
     where = f"{message.where}: path_constraints"
     places = [each.constraint_region.solids() for each in message.path.position_constraints]
     if any(len(solids) != 1 or solids[0][0] not in ("box", "sphere") for solids in places):
@@ -189,7 +188,7 @@ def path_conditions(message: MotionPlanRequest, robot: Robot, scene: Scene) -> t
 
 
 def with_path_limits(robot: Robot, message: MotionPlanRequest, scene: Scene) -> Robot:
-    """The robot with limits within the ranges to which the path constraints keep its joints."""
+    """Return the robot with limits narrowed to the joint ranges of the path constraints."""
     lower, upper, where = robot.lower.copy(), robot.upper.copy(), f"{message.where}: path_constraints"
     for each in message.path.joint_constraints:
         name, low, high = each.joint_name, each.position - each.tolerance_below, each.position + each.tolerance_above
@@ -212,19 +211,19 @@ def with_path_limits(robot: Robot, message: MotionPlanRequest, scene: Scene) -> 
 
 
 def _conditions(item: Constraints, solids: Solids, robot: Robot, scene: Scene, where: str) -> Iterator[Condition]:
-    """Position constraints, each by one solid, and orientation constraints as conditions in the scene's own frame."""
+    """Yield position constraints, each with one solid, and orientation constraints, in the scene's frame."""
     for each, (kind, dimensions, placement) in zip(item.position_constraints, solids, strict=True):
         frame = _moving_frame(each.link_name, robot, where)
         at = placement_of_frame(each.header.frame_id, robot, scene, where) @ placement
-        yield from _within(kind, dimensions, at, frame=frame, point=each.target_point_offset)
+        yield from _position_conditions(kind, dimensions, at, frame=frame, point=each.target_point_offset)
     for turn in item.orientation_constraints:
         frame = _moving_frame(turn.link_name, robot, where)
         at = placement_of_frame(turn.header.frame_id, robot, scene, where) @ pose(quaternion=turn.orientation)
-        yield from _turned(turn, at[:3, :3], frame)
+        yield from _orientation_conditions(turn, at[:3, :3], frame)
 
 
-def _within(kind: str, dimensions: Sequence[float], at: Floats, **of: Any) -> Iterator[Condition]:
-    """A point in a box that is placed ``at`` (4, 4), in the cube inside a sphere, else at the centre of a solid."""
+def _position_conditions(kind: str, dimensions: Sequence[float], at: Floats, **of: Any) -> Iterator[Condition]:
+    """Yield conditions for a point in a box ``at`` (4, 4), in the cube inside a sphere, else at a centre."""
     sizes = {"box": dimensions, "sphere": [2.0 * dimensions[0] / math.sqrt(3.0)] * 3 if dimensions else []}
     half = 0.5 * np.array(sizes.get(kind, [0.0] * 3))
     if kind != "box" or np.array_equal(at[:3, :3], np.eye(3)):
@@ -235,18 +234,18 @@ def _within(kind: str, dimensions: Sequence[float], at: Floats, **of: Any) -> It
             yield PlaneConstraint(tuple(normal), float(normal @ at[:3, 3]) - size, **of)
 
 
-def _turned(turn: OrientationMessage, matrix: Floats, frame: str | None) -> Iterator[Condition]:
-    """The cone about an axis and the turn that lie inside tolerances about an orientation ``matrix`` (3, 3).
+def _orientation_conditions(turn: OrientationMessage, matrix: Floats, frame: str | None) -> Iterator[Condition]:
+    """Yield the cone about an axis and the rotation bound inside tolerances about ``matrix`` (3, 3).
 
-    With M = R0ᵀ R the angles about x, y, z (intrinsic) are atan2(-M12, M22), asin M02 and atan2(-M01, M00). Where the
-    z axes are within a <= pi / 2 of each other, those about x and y are at most a, where the x axes are, those about y
-    and z; a turn by a bounds all three. The components of a rotation vector of length v <= b across the axis k are at
-    most v sin(c / 2) / sin(v / 2), c the angle between the axes k, and x / sin(x / 2) rises up to pi.
+    With M = R0ᵀ R the intrinsic angles about x, y, z are atan2(-M12, M22), asin M02 and atan2(-M01, M00). If the z axes
+    are within a <= pi / 2, the angles about x and y are at most a; if the x axes are, those about y and z; a rotation
+    by b bounds all three. The components of a rotation vector of length v <= b across axis k are at most v sin(c / 2) /
+    sin(v / 2), where c is the angle between the axes k, and x / sin(x / 2) increases up to pi.
     """
     tolerances = np.minimum(turn.tolerances, math.pi)
     euler = turn.parameterization == 0
     if euler and tolerances[1] >= _RIGHT:
-        tolerances[1] = math.pi  # no rotation has a larger angle about y
+        tolerances[1] = math.pi  # the angle about y never exceeds pi / 2
     if min(tolerances) >= math.pi:
         return
     k = max((0, 2) if euler else (0, 1, 2), key=lambda axis: tolerances[axis])
@@ -259,20 +258,21 @@ def _turned(turn: OrientationMessage, matrix: Floats, frame: str | None) -> Iter
         yield OrientationConstraint(min(about, _RIGHT) if euler else about, (x, y, z, w), frame=frame)
 
 
-def _planned(values: Mapping[str, float], robot: Robot, role: str) -> Joints:
+def _planned_values(values: Mapping[str, float], robot: Robot, role: str) -> Joints:
     if missing := [joint for joint in robot.joints if joint not in values]:
         raise StateError(
-            f"the request's {role} says nothing of {choices(missing)}: it is for another robot; choose --robot."
+            f"the request's {role} must give all planned joints, got none of {choices(missing)}: choose the request's "
+            "--robot."
         )
     return Joints(tuple(values[joint] for joint in robot.joints))
 
 
 def _joint_target(goal: Constraints, robot: Robot, start: Mapping[str, float], where: str) -> Joints:
-    """The planned joints of a goal; :class:`StateError` where it wants others elsewhere than they are."""
+    """Return the planned joints of a goal; :class:`StateError` if it moves joints that are held."""
     values = {each.joint_name: each.position for each in goal.joint_constraints}
     if len(values) < len(goal.joint_constraints):
         raise SceneError(f"{where} constrains a joint twice, one of {choices(values)}; give one constraint a joint.")
-    planned = _planned(values, robot, "goal")
+    planned = _planned_values(values, robot, "goal")
     for each in goal.joint_constraints:
         if each.joint_name not in robot.joints:
             low, high = (max(tolerance, _SAME) for tolerance in (each.tolerance_below, each.tolerance_above))
@@ -284,7 +284,7 @@ def _joint_target(goal: Constraints, robot: Robot, start: Mapping[str, float], w
 def _require_held(
     name: str, value: float, within: tuple[float, float], robot: Robot, values: Mapping[str, float], what: str
 ) -> None:
-    """Raise :class:`StateError` where a joint that is not planned is not held ``within`` what a constraint asks."""
+    """Raise :class:`StateError` if an unplanned joint is not held ``within`` a constraint's range."""
     held = _unplanned(name, robot, values) if name in robot.source.joints else values.get(name)
     if held is None:
         raise StateError(
@@ -299,7 +299,7 @@ def _require_held(
 
 
 def _unplanned(name: str, robot: Robot, values: Mapping[str, float]) -> float:
-    """The value of a joint that is held or follows another; NaN where ``values`` lack its leader."""
+    """Return the value of a held joint or follower; NaN if ``values`` lack its leader."""
     for item in robot.followers:
         if item.joint == name:
             return item.multiplier * values.get(item.leader, np.nan) + item.offset
@@ -307,7 +307,7 @@ def _unplanned(name: str, robot: Robot, values: Mapping[str, float]) -> float:
 
 
 def _moving_frame(link: str, robot: Robot, where: str) -> str | None:
-    """The frame of a constraint's link, None for the tool; :class:`SceneError` where the arm does not move it."""
+    """Return the frame of a constraint's link, None for the tool; :class:`SceneError` if it does not move."""
     if link in ("", robot.tool):
         return None
     found = [frame for frame in robot.model.frames if frame.name == link]

@@ -1,4 +1,4 @@
-"""PlanningScene messages, and MoveIt's ``.scene`` text, as obstacles, carried shapes, allowed contacts and frames."""
+"""PlanningScene messages, and MoveIt's ``.scene`` text, as obstacles and permissions."""
 
 from collections import deque
 from collections.abc import Iterator, Mapping, Sequence
@@ -24,10 +24,10 @@ from planner.robot.shapes import Box, Carried, Cylinder, Mesh, Obstacle, Shape, 
 
 @dataclass(frozen=True)
 class PlanningScene:
-    """Obstacles, carried shapes, allowed pairs by name, and the parts of a message that only a robot gives a meaning.
+    """Obstacles, carried shapes, allowed pairs, and content that only a robot gives a meaning.
 
-    ``frames`` are placed (4, 4) in another frame each, empty for the scene's own; ``robot`` is the model that it was
-    made for; ``state`` holds joint values by name; ``checked`` are pairs of names that it says may not touch.
+    ``frames`` are placed (4, 4) in a parent frame, empty for the scene's own; ``robot`` is the model's name; ``state``
+    has joint values by name; ``checked`` are pairs that may not touch.
     """
 
     name: str
@@ -42,11 +42,11 @@ class PlanningScene:
 
 
 def parse_planning_scene(data: Any, path: Path) -> PlanningScene:
-    """A PlanningScene message out of plain data; :class:`SceneError` names the object or field that is wrong."""
+    """Return a PlanningScene from plain data; :class:`SceneError` names the wrong object or field."""
     where = f"MoveIt scene {path}"
     message, notes = read_message(PlanningSceneMessage, data, where)
     if message.is_diff:
-        notes += (Note(f"{where}: it is a difference (is_diff) to a scene that is not here; it counts as the whole."),)
+        notes += (Note(f"{where}: it is a difference (is_diff) to an unknown scene; it counts as a complete scene."),)
     objects, held = message.world.collision_objects, message.robot_state.attached_collision_objects
     _require_distinct([*objects, *(item.object for item in held)], where)
     return PlanningScene(
@@ -63,7 +63,7 @@ def parse_planning_scene(data: Any, path: Path) -> PlanningScene:
 
 
 def parse_scene_text(text: str, path: Path) -> PlanningScene:
-    """MoveIt's ``.scene`` text format, with or without the object poses that newer versions write."""
+    """Return MoveIt's ``.scene`` text, with or without object poses."""
     lines = deque(line.strip() for line in text.splitlines() if line.strip())
     try:
         name = lines.popleft().strip("()")[:1000]
@@ -76,7 +76,7 @@ def parse_scene_text(text: str, path: Path) -> PlanningScene:
 
 
 def _objects(lines: deque[str]) -> Iterator[dict[str, Any]]:
-    """Every object of a ``.scene`` text as a message; ValueError, or IndexError at the end of the text."""
+    """Yield every object of a ``.scene`` text as a message; ValueError, or IndexError at its end."""
     while (line := lines.popleft()) != ".":
         if not line.startswith("*"):
             raise ValueError(f"expected '* name' of an object, found {line}")
@@ -112,7 +112,7 @@ def _numbers(lines: deque[str]) -> list[float]:
 
 
 def _frames(transforms: Sequence[TransformStamped], where: str) -> dict[str, tuple[str, Floats]]:
-    """The frames that the message places, each with the frame that it is placed in."""
+    """Return the frames that the message places, each with its parent frame."""
     placed = {each.child_frame_id: (each.header.frame_id, each.transform.matrix()) for each in transforms}
     if len(placed) < len(transforms) or any(parent in placed for parent, _ in placed.values()):
         text = "fixed_frame_transforms place a frame twice, or in one another; give each once, in the planning frame"
@@ -121,13 +121,13 @@ def _frames(transforms: Sequence[TransformStamped], where: str) -> dict[str, tup
 
 
 def _require_distinct(items: Sequence[CollisionObject], where: str) -> None:
-    """Raise :class:`SceneError` where a message holds two objects of one name: MoveIt would keep the last only."""
+    """Raise :class:`SceneError` for two objects of one name, of which MoveIt would keep the last."""
     if twice := find_duplicates(item.id for item in items):
         raise SceneError(f"{where}: object {quote(twice[0])} is given twice; rename one, or take it out.")
 
 
 def carried(items: Sequence[AttachedCollisionObject], where: str) -> tuple[Carried, ...]:
-    """The shapes of attached objects, each placed in the frame of its header, or in that of its link without one."""
+    """Return the shapes of attached objects, each in the frame of its header, or else of its link."""
     _require_distinct([item.object for item in items], where)
     return tuple(
         Carried(
@@ -139,7 +139,7 @@ def carried(items: Sequence[AttachedCollisionObject], where: str) -> tuple[Carri
 
 
 def _obstacles(item: CollisionObject, where: str) -> Iterator[Obstacle]:
-    """Each shape as an obstacle, in the frame of its header (empty: the scene's), numbered where several."""
+    """Yield each shape as an obstacle in the frame of its header, numbered if there are several."""
     where = f"{where}: object {quote(item.id)}"
     for shapes, poses in ((item.primitives, item.primitive_poses), (item.meshes, item.mesh_poses)):
         if len(shapes) != len(poses):

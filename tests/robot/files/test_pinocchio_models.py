@@ -130,5 +130,5 @@ def test_a_joint_without_limits_turns_without_end() -> None:
     robot = Robot.from_pinocchio(*with_joint(pin.JointModelRX()), tool="odd")
     assert robot.continuous.all()
     assert (robot.lower[0], robot.upper[0], robot.velocity[0]) == (-np.pi, np.pi, 0.0)
-    with pytest.raises(RobotError, match="give it real ones, in metres"):
+    with pytest.raises(RobotError, match="give it limits in metres"):
         Robot.from_pinocchio(*with_joint(pin.JointModelPX()), tool="odd")

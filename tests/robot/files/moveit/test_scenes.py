@@ -57,7 +57,7 @@ def test_a_permission_for_an_attached_object_is_for_all_its_shapes(tmp_path: Pat
     assert {body.link for body, each in zip(robot.bodies, checked, strict=True) if not each} == {"pair.0", "pair.1"}
     said = _written(tmp_path, robot_state=held, allowed_collision_matrix=_matrix("pair", "panda_link5", allowed=True))
     (note,) = notes(robot, said)
-    assert note.text.endswith("as the SRDF says otherwise: pair and panda_link5.")
+    assert note.text.endswith("but the SRDF overrides it: pair and panda_link5.")
 
 
 def test_boxes_cylinders_spheres_and_meshes_stand_where_the_message_says() -> None:
