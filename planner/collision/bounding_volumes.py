@@ -134,10 +134,9 @@ _MOST = 4_000_000  # distances of corners from planes: larger meshes count as de
 
 @lru_cache(maxsize=1024)
 def hull_of(mesh: Mesh) -> tuple[Floats, float]:
-    """Points (k, 3) with the convex hull of a mesh, in its frame, and how deep (m) the surface lies below it at most.
+    """Return points (k, 3) that span a mesh's convex hull, and its :func:`dent_depth` (m).
 
-    The depth is rough, 0 where the mesh is convex and inf where it is not closed: it says where the hull is good enough
-    a bound.
+    Of a cloud, the points are the corners of its box.
     """
     if isinstance(mesh, Seen):  # a box will do: no hull stands for a cloud
         low, high = mesh.vertices.min(axis=0), mesh.vertices.max(axis=0)

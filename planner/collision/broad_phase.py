@@ -254,9 +254,10 @@ def _pair_numbers(rows: Ints, world: World, obstacles: Ints) -> Ints:
 
 
 def extract_geometry(world: World, shapes: Sequence[Any], obstacles: Ints, own: bool) -> tuple[pin.GeometryModel, Ints]:
-    """Return Pinocchio's geometry of bodies and some obstacles, and the rows of an :class:`_ObstacleGroup`.
+    """Return Pinocchio's geometry of bodies and some obstacles, and the group's pairs.
 
-    ``shapes`` are those of all items; ``own`` includes the self-collision pairs.
+    ``shapes`` are those of all items; ``own`` includes the self-collision pairs. The pairs are the rows of an
+    :class:`_ObstacleGroup`.
     """
     model, count = pin.GeometryModel(), len(world.bodies)
     for k in [*range(count), *(count + obstacles).tolist()]:

@@ -1,4 +1,4 @@
-"""The robot's own points in a cloud: what a sensor saw of the links is no obstacle."""
+"""Removal of the robot's own points from a cloud."""
 
 from collections.abc import Iterable
 from dataclasses import replace
@@ -21,9 +21,9 @@ _SPHERES = 24  # around a body, to find which points may be near
 
 
 def points_on_robot(robot: Robot, q: Floats, points: Floats, margin: float) -> Bools:
-    """Return which ``points`` (n, 3), in the world, are in or within ``margin`` (m) of the robot at ``q`` (dof,).
+    """Return which ``points`` (n, 3) in the world are within ``margin`` (m) of the robot at ``q`` (dof,).
 
-    What the robot carries is among its bodies. The distance is that of the proofs, to a micrometre.
+    Includes the payload. The distance is that of the proofs, to a micrometre.
     """
     rotation, position = joint_placements(Chain.from_arm(robot), np.asarray(q, dtype=float)[None])
     near = np.zeros(len(points), dtype=bool)
@@ -37,7 +37,7 @@ def points_on_robot(robot: Robot, q: Floats, points: Floats, margin: float) -> B
     if not len(rows):
         return near
     balls = tuple(Obstacle(f"{k}", Sphere(margin), pose(points[k])) for k in rows)
-    world = World.of(robot, Scene("points", balls), frozenset())
+    world = World.from_scene(robot, Scene("points", balls), frozenset())
     pairs = np.arange(len(robot.bodies) * len(rows))
     gaps = ClearanceBound(world).close(rotation, position, np.zeros_like(pairs), pairs, 1e-6)
     near[rows] = (gaps.reshape(len(robot.bodies), -1) <= 0).any(axis=0)
@@ -49,25 +49,25 @@ def points_on_robot(robot: Robot, q: Floats, points: Floats, margin: float) -> B
 
 
 def without_robot(seen: Iterable[Obstacle], robot: Robot, q: Floats, margin: float = 0.02) -> tuple[Obstacle, ...]:
-    """Return obstacles without what shows the robot, which stood at ``q`` (dof,) when a sensor saw them.
+    """Return obstacles without the robot, which stood at ``q`` (dof,) when a sensor saw them.
 
-    Points within ``margin`` (m), noise and calibration error of a body are left out, and unknown cells of which a part
-    may be within ``margin``. What the robot hides from the sensor stays unknown. A larger margin frees more of what is
-    near the robot, with one that is too small it starts in contact with itself.
+    Points within ``margin`` (m), noise and calibration error of a body are removed, and unknown cells that may be
+    within ``margin``. Space that the robot hides stays unknown. A larger margin frees more space near the robot; with
+    one that is too small, the robot starts in contact with itself.
     """
-    made = []
+    remaining = []
     for item in seen:
         shape, (turn, at) = item.shape, (item.placement[:3, :3], item.placement[:3, 3])
         if isinstance(shape, Points):
             reach = margin + shape.noise + shape.calibration
             others = ~points_on_robot(robot, q, shape.vertices @ turn.T + at, reach)
-            made += [replace(item, shape=shape.part(others))] if others.any() else []
+            remaining += [replace(item, shape=shape.part(others))] if others.any() else []
         elif isinstance(shape, Voxels):
             cells = np.argwhere(shape.occupied)
             middles = (shape.origin + shape.pitch * (cells + 0.5)) @ turn.T + at
             solid = shape.occupied.copy()
             solid[tuple(cells.T)] = ~points_on_robot(robot, q, middles, margin + 0.87 * shape.pitch)  # half a diagonal
-            made += [replace(item, shape=Voxels(solid, shape.pitch, shape.origin))] if solid.any() else []
+            remaining += [replace(item, shape=Voxels(solid, shape.pitch, shape.origin))] if solid.any() else []
         else:
-            made.append(item)
-    return tuple(made)
+            remaining.append(item)
+    return tuple(remaining)

@@ -63,9 +63,9 @@ class World:
         margin: float = 0.0,
         conditions: tuple[Condition, ...] = (),
     ) -> World:
-        """Every scene pair that the scene does not allow, every pair of moving bodies not ``disabled`` by link.
+        """Return the world of a scene's obstacles and a robot, with all pairs that nothing permits to touch.
 
-        What the robot carries is not checked against the links that it may touch.
+        Self-collision pairs in ``disabled`` (by link), the scene's permissions and those of the payload are left out.
         """
         checked = np.ones((len(robot.bodies), len(scene.obstacles)), dtype=bool)
         objects = {item.name: item.object for item in scene.carried}

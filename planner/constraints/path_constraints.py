@@ -170,13 +170,13 @@ class PathConstraints:
 
     @cached_property
     def _groups(self) -> tuple[_Group, ...]:
-        found: dict[Any, list[tuple[int, Piece]]] = {}
+        by_frame: dict[Any, list[tuple[int, Piece]]] = {}
         frames: dict[Any, Frame] = {}
         for number, condition in enumerate(self.conditions):
             point = condition.point if isinstance(condition, OfPoint) else (0.0, 0.0, 0.0)
             key = condition.frame, point
             frames[key] = frame_of(self.robot, *key)
-            found.setdefault(key, []).extend((number, piece) for piece in pieces_of(condition))
+            by_frame.setdefault(key, []).extend((number, piece) for piece in pieces_of(condition))
         return tuple(
             _Group(
                 frames[key],
@@ -184,7 +184,7 @@ class PathConstraints:
                 np.array([number for number, _ in rows]),
                 ToolBound(self.robot, frames[key]),
             )
-            for key, rows in found.items()
+            for key, rows in by_frame.items()
             if rows
         )
 

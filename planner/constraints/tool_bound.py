@@ -134,15 +134,15 @@ def prove_along(
         bound, coefficients, slack, np.stack([per_metre, per_turn]).astype(float), np.ones(len(every), bool)
     )
     low, high = np.zeros(len(every)), np.ones(len(every))
-    open_ = _Intervals(every, low, high, look.at(every, low), look.at(every, high))
-    while len((open_ := open_.only(look.holds[open_.curve])).curve):
-        needs = look.needs(open_)
-        covered = _holds(np.minimum(open_.first, open_.last) - needs[:, None, :])
-        changing = ~_holds(np.minimum(open_.first, open_.last)) & (open_.high - open_.low > _SHORTEST)
-        look.holds[open_.curve[~covered & ~(needs.max(axis=1) > finest) & ~changing]] = False
-        open_ = open_.only(~covered & look.holds[open_.curve])
-        middle = 0.5 * (open_.low + open_.high)
-        open_ = open_.halved(middle, look.at(open_.curve, middle))
+    intervals = _Intervals(every, low, high, look.at(every, low), look.at(every, high))
+    while len((intervals := intervals.only(look.holds[intervals.curve])).curve):
+        needs = look.needs(intervals)
+        covered = _holds(np.minimum(intervals.first, intervals.last) - needs[:, None, :])
+        changing = ~_holds(np.minimum(intervals.first, intervals.last)) & (intervals.high - intervals.low > _SHORTEST)
+        look.holds[intervals.curve[~covered & ~(needs.max(axis=1) > finest) & ~changing]] = False
+        intervals = intervals.only(~covered & look.holds[intervals.curve])
+        middle = 0.5 * (intervals.low + intervals.high)
+        intervals = intervals.halve(middle, look.at(intervals.curve, middle))
     return look.holds
 
 
@@ -159,7 +159,7 @@ class _Intervals:
     def only(self, rows: Bools) -> _Intervals:
         return _Intervals(self.curve[rows], self.low[rows], self.high[rows], self.first[rows], self.last[rows])
 
-    def halved(self, middle: Floats, between: Floats) -> _Intervals:
+    def halve(self, middle: Floats, between: Floats) -> _Intervals:
         low, high = np.concatenate([self.low, middle]), np.concatenate([middle, self.high])
         first, last = np.concatenate([self.first, between]), np.concatenate([between, self.last])
         return _Intervals(np.tile(self.curve, 2), low, high, first, last)
@@ -180,9 +180,9 @@ class _CurveSlacks:
         coefficients = self.coefficients[curve]
         rotation, position = self.bound.frame.poses(self.bound.robot, evaluate(coefficients, s))
         noise = np.stack(self.bound.rounding(coefficients, position), axis=1) @ self.weights
-        found = self.slack(curve, s, rotation, position) - noise[:, None, :]
-        self.holds[curve[~_holds(found)]] = False
-        return found
+        slacks = self.slack(curve, s, rotation, position) - noise[:, None, :]
+        self.holds[curve[~_holds(slacks)]] = False
+        return slacks
 
     def needs(self, pieces: _Intervals) -> Floats:
         """Return the slack (n, k) that intervals need between their ends."""
@@ -192,7 +192,7 @@ class _CurveSlacks:
         return np.stack(self.bound(parts, rounded), axis=1) @ self.weights
 
 
-def _holds(spare: Floats) -> Bools:
+def _holds(slacks: Floats) -> Bools:
     """Return where (n,) all conditions of one alternative of slacks (n, a, k) hold."""
-    kept: Bools = spare.min(axis=2).max(axis=1) >= 0
-    return kept
+    holds: Bools = slacks.min(axis=2).max(axis=1) >= 0
+    return holds

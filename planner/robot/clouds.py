@@ -1,10 +1,10 @@
-"""Worlds that sensors see: points with a radius, voxels, depth images.
+"""Worlds from sensors: points with a radius, voxels, depth images.
 
     cloud = planner.Points(xyz, radius=0.01, noise=0.002)               # xyz (n, 3) m
     scene = planner.Scene("seen", [planner.Obstacle("table", cloud, np.eye(4))])
 
 If every point of the true surface lies within the radius of a sample, then a motion that is free of the balls of that
-radius is free of the surface: a theorem, and the only place where the radius comes in.
+radius is free of the surface.
 """
 
 from __future__ import annotations
@@ -33,29 +33,29 @@ Region = tuple[float, float, float, float, float, float]
 
 
 class Seen(Mesh):
-    """A union of many convex sets ``cells`` (m, k, 3), each the hull of its k points, within ``radius`` (m) of it.
+    """A union of convex ``cells`` (m, k, 3), each the hull of k points, rounded by ``radius`` (m).
 
-    Nothing hides inside: the sets are solid. The vertices and triangles are those that are drawn.
+    The cells are solid, so nothing can be enclosed. Vertices and triangles are for display.
     """
 
     cells: Floats
 
     @cached_property
     def representatives(self) -> Floats:
-        """A point (k, 3) of every connected component, or of more sets than that."""
+        """A point (k, 3) of every connected component, or of more cells."""
         return frozen(self.cells[:, 0])
 
 
 class Points(Seen):
-    """A surface seen at ``xyz`` (n, 3), m: all that lies within a radius of a sample counts as solid.
+    """A surface sampled at ``xyz`` (n, 3), m: all points within a radius of a sample are solid.
 
-    The radius is a sum. ``radius`` (m) is the covering radius of the samples: no point of the surface is farther from
-    all of them. Without it :func:`estimate_covering_radius` takes its place, and ``is_estimated`` says so. ``noise``
-    bounds the error of a sample, ``calibration`` that of the sensor's pose. A larger radius makes narrow passages
-    impassable; with one that is too small, proofs hold for the balls only.
+    The radius is a sum: ``radius`` (m) is the covering radius, the largest distance of a surface point from its nearest
+    sample (default: :func:`estimate_covering_radius`, marked by ``is_estimated``); ``noise`` bounds the error of a
+    sample, ``calibration`` that of the sensor's pose. A larger radius closes narrow passages; with one that is too
+    small, proofs hold for the balls only.
 
-    Samples with NaN or infinity are dropped and counted in ``dropped``; equal ones count once. Raises
-    :class:`SceneError` where none is left, and for a radius that is not above 0.
+    Samples that are not finite are dropped and counted in ``dropped``; equal ones are merged. Raises
+    :class:`SceneError` without samples and for a radius of 0.
     """
 
     covering: float
@@ -96,7 +96,7 @@ class Points(Seen):
             object.__setattr__(self, name, value)
 
     def part(self, chosen: Bools) -> Points:
-        """Return the samples that are ``chosen`` (n,), with the radius of all."""
+        """Return the samples in the mask ``chosen`` (n,), with the same radius."""
         return Points(self.vertices[chosen], self.covering, self.noise, self.calibration, self.is_estimated)
 
     def __repr__(self) -> str:
@@ -104,9 +104,9 @@ class Points(Seen):
 
     @cached_property
     def representatives(self) -> Floats:
-        """A point (k, 3) of every connected component of the union of the balls.
+        """A point (k, 3) of every connected component of the balls.
 
-        Points in one cell of a grid whose diagonal is the balls' diameter are connected.
+        Points in one grid cell, whose diagonal is the balls' diameter, are connected.
         """
         first = distinct_rows(np.floor(self.vertices * (np.sqrt(3.0) / (2.0 * self.radius))))[0]
         near = cKDTree(self.vertices[first]).query_pairs(2.0 * self.radius, output_type="ndarray")
@@ -116,9 +116,9 @@ class Points(Seen):
 
 
 class Voxels(Seen):
-    """The solid cells of a grid: ``occupied`` (nx, ny, nz), cubes of ``pitch`` (m) from ``origin`` (3,) on.
+    """Solid cells of a grid: ``occupied`` (nx, ny, nz), cubes of ``pitch`` (m) from ``origin`` (3,).
 
-    Neighbouring cubes are merged into cuboids. A cube overstates what it holds by up to its diagonal.
+    Neighbouring cubes are merged into cuboids. A cube exceeds its content by up to its diagonal.
     """
 
     occupied: Bools
@@ -149,9 +149,9 @@ _FACES = np.array([*map(int, "310230764574540150732672620460751371")]).reshape(1
 
 
 def merge_cells(occupied: Bools) -> Ints:
-    """Return cuboids (k, 6) of whole cells, low then high corner, whose disjoint union is that of the cells.
+    """Return disjoint cuboids (k, 6) of cells, low then high corner, with the same union.
 
-    Runs along z are merged to rectangles along y, and these to cuboids along x, where they have the same ends.
+    Runs along z are merged to rectangles along y, and these to cuboids along x, if their ends agree.
     """
     flat = np.pad(occupied, ((0, 0), (0, 0), (1, 1))).astype(np.int8)
     change = np.diff(flat, axis=2)
@@ -171,9 +171,9 @@ def merge_cells(occupied: Bools) -> Ints:
 
 
 def split_regions(name: str, cloud: Points, placement: Floats, regions: Mapping[str, Region]) -> list[Obstacle]:
-    """Return the cloud as obstacles: a region of its own frame each, (x0, y0, z0, x1, y1, z1) m, and the rest.
+    """Return the cloud as obstacles: one per region (x0, y0, z0, x1, y1, z1) m, and the rest.
 
-    So permissions to touch may name a part of what was seen, such as the thing to grasp or the table to place it on.
+    Regions are in the cloud's frame. Contact permissions can then name an object in the cloud.
     """
     rest, made = np.ones(len(cloud.vertices), dtype=bool), []
     for part, bounds in regions.items():
@@ -187,7 +187,7 @@ def split_regions(name: str, cloud: Points, placement: Floats, regions: Mapping[
 
 
 def split_blocks(name: str, cloud: Points, placement: Floats, known: Iterable[Obstacle] = ()) -> list[Obstacle]:
-    """Return the cloud as obstacles of object ``name``, cubes of a grid; a block that is ``known`` is that very one."""
+    """Return the cloud as obstacles of object ``name``, one per cube of a grid; reuse ``known`` blocks."""
     same = {(item.name, *_key(item)): item for item in known if isinstance(item.shape, Points)}
     cells = np.floor(cloud.vertices / _BLOCK).astype(np.int64)
     first, which = distinct_rows(cells.astype(float))
@@ -204,11 +204,11 @@ def _key(item: Obstacle) -> tuple[bytes, bytes, float]:
 
 
 def estimate_covering_radius(points: Floats) -> float:
-    """Return an estimate (m) of how far a point of the surface may be from all samples (n, 3).
+    """Return an estimate (m) of the largest distance of a surface point from the samples (n, 3).
 
-    It is the distance from a sample to its 8th neighbour, at the 99 % quantile of the samples: twice the covering
-    radius of a square grid, and about 1.3 times that of random samples. It does not know of holes that are larger than
-    the rest of the cloud suggests. Raises :class:`SceneError` for fewer than nine samples.
+    It is the distance from a sample to its 8th neighbour, at the 99 % quantile: twice the covering radius of a square
+    grid, and about 1.3 times that of random samples. It misses holes much larger than the spacing. Raises
+    :class:`SceneError` for fewer than nine samples.
     """
     if len(points) <= _NEIGHBOURS:
         raise SceneError(f"Points.radius must be given for {len(points)} points: an estimate needs at least 9.")
@@ -219,16 +219,16 @@ def estimate_covering_radius(points: Floats) -> float:
 
 @dataclass(frozen=True, eq=False)
 class DepthImage:
-    """A depth image as obstacles: the surface that it shows, and the space behind it.
+    """A depth image as obstacles: the visible surface, and the unknown space behind it.
 
         image = planner.DepthImage(depth, (fx, fy, cx, cy), pose)      # depth (h, w) m along the optical axis
         scene = planner.Scene("seen", image.obstacles("camera"))
 
-    ``intrinsics`` are of a pinhole camera, pixels, also a matrix (3, 3); ``pose`` (4, 4) is that of the camera in the
-    world: x right, y down, z forwards. Depths that are 0, NaN or outside ``limits`` (m) are holes. ``unknown``: cells
-    of ``pitch`` (m) that no ray crossed, up to the far limit, are "solid" or "free"; outside the view they are free,
-    with "solid everywhere" solid within the far limit of the camera. A ray through a hole crosses nothing. What the
-    robot itself hides stays unknown. Of pixels that fall into one cube of ``thinning`` (m) one stays.
+    ``intrinsics`` of a pinhole camera are in pixels, also as a matrix (3, 3); ``pose`` (4, 4) places the camera in the
+    world: x right, y down, z forwards. Depths that are 0, NaN or outside ``limits`` (m) are holes, and a ray through a
+    hole crosses nothing. ``unknown``: cells of ``pitch`` (m) that no ray crossed, up to the far limit, are "solid" or
+    "free"; cells outside the view are free, or solid within the far limit with "solid everywhere". Space that the robot
+    hides stays unknown. One pixel is used per cube of ``thinning`` (m).
     """
 
     depth: Floats
@@ -259,17 +259,17 @@ class DepthImage:
         object.__setattr__(self, "pose", frozen(placement("DepthImage.pose", self.pose, SceneError, FARTHEST)))
 
     def obstacles(self, name: str = "camera") -> tuple[Obstacle, ...]:
-        """Return the surface ``name``, and the unknown space ``name_unknown`` where there is such, in the world."""
+        """Return the surface ``name`` and, if there is any, the unknown space ``name_unknown``."""
         made = [Obstacle(name, surface, self.pose)] if (surface := self.surface()) else []
         if self.unknown != "free" and (hidden := self.unknown_space()):
             made.append(Obstacle(f"{name}_unknown", hidden, self.pose))
         return tuple(made)
 
     def surface(self) -> Points | None:
-        """Return the seen surface in the camera's frame; None where all pixels are holes.
+        """Return the visible surface in the camera's frame, or None if all pixels are holes.
 
         Its covering radius is an estimate: half the diagonal of four neighbouring pixels of one surface, at the 99 %
-        quantile, and how far a dropped pixel is from the one that stays.
+        quantile, plus the largest distance of an unused pixel from its representative.
         """
         xyz, there = self.positions(), self.depth > 0
         if not there.any():
@@ -285,13 +285,13 @@ class DepthImage:
         return Points(points[np.sort(first)], gap + dropped, self.noise, self.calibration, is_estimated=True)
 
     def positions(self) -> Floats:
-        """(h, w, 3) m, where pixels are in the camera's frame."""
+        """Return the positions (h, w, 3) m of pixels in the camera's frame."""
         fx, fy, cx, cy = self.intrinsics
         row, column = np.indices(self.depth.shape)
         return np.stack([(column - cx) / fx * self.depth, (row - cy) / fy * self.depth, self.depth], axis=2)
 
     def unknown_space(self) -> Voxels | None:
-        """Return the cells of a grid in the camera's frame that no ray crossed; None where there are none."""
+        """Return the cells in the camera's frame that no ray crossed, or None without any."""
         fx, fy, cx, cy = self.intrinsics
         height, width = self.depth.shape
         _, far = self.limits
@@ -316,7 +316,7 @@ class DepthImage:
 
 
 def notes_on_clouds(obstacles: Iterable[Obstacle]) -> tuple[Note, ...]:
-    """Return a note on each cloud of ``obstacles``: its samples, its radius and what that is made of."""
+    """Return a note on each cloud of ``obstacles``: its samples, and the terms of its radius."""
     clouds: dict[str, list[Points]] = {}
     for item in obstacles:
         if isinstance(item.shape, Points):

@@ -155,10 +155,10 @@ class Robot(Arm):
         target = pose if isinstance(pose, pin.SE3) else _pose_or_position(pose)
         rng = np.random.default_rng(seed)
         begin = None if near is None else numbers("near", near, (self.dof,))[None]
-        found = solve(self, target, rng, starts, begin, tolerance).configurations
+        solutions = solve(self, target, rng, starts, begin, tolerance).configurations
         if begin is None:
-            return found[np.argsort(-manipulability(self, found), kind="stable")]
-        return found[np.argsort(np.linalg.norm(self.difference(begin, found), axis=1), kind="stable")]
+            return solutions[np.argsort(-manipulability(self, solutions), kind="stable")]
+        return solutions[np.argsort(np.linalg.norm(self.difference(begin, solutions), axis=1), kind="stable")]
 
     def manipulability(self, q: ArrayLike) -> Floats:
         """Return Yoshikawa's w (...), or the robot's own measure, at configurations (..., dof).
@@ -230,14 +230,14 @@ def with_carried(robot: Robot, carried: Sequence[Carried]) -> Robot:
         placement = frozen(frame.placement.homogeneous @ item.placement)
         bodies.append(Body(item.name, item.name, int(frame.parentJoint), item.shape, placement, (0.8, 0.6, 0.3, 1.0)))
         touching |= {frozenset((item.name, link)) for link in (item.link, *item.touch_links)}
-    made = replace(
+    result = replace(
         robot,
         bodies=(*robot.bodies, *bodies),
         carried=(*robot.carried, *bodies),
         touching=frozenset(touching),
     )
-    vars(made)["without_payload"] = robot.without_payload
-    return made
+    vars(result)["without_payload"] = robot.without_payload
+    return result
 
 
 def without_carried(robot: Robot, name: str) -> Robot:
@@ -257,13 +257,13 @@ def frame_of_carried(robot: Robot, item: Carried) -> pin.Frame:
     holder = robot.model.frames[frame_id(robot.model, item.link)]
     if item.frame in ("", item.link):
         return holder
-    found = [each for each in robot.model.frames if each.name == item.frame and each.parentJoint == holder.parentJoint]
-    if not found:
+    frames = [each for each in robot.model.frames if each.name == item.frame and each.parentJoint == holder.parentJoint]
+    if not frames:
         raise RobotError(
             f"'{item.name}' is attached to link '{item.link}' and placed in frame '{item.frame}', which does not move "
             "with it; place it in the frame of its link."
         )
-    return found[0]
+    return frames[0]
 
 
 def _pose_or_position(given: ArrayLike) -> pin.SE3 | Floats:

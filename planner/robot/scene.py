@@ -244,9 +244,9 @@ class Scene:
         if is_text or (isinstance(data, dict) and _OF_MOVEIT & set(data)):
             from planner.robot.moveit.scenes import parse_planning_scene, parse_scene_text
 
-            found = parse_scene_text(text, path) if is_text else parse_planning_scene(data, path)
-            more = {"carried": found.carried, "allowed": found.allowed, "message": found, "notes": found.notes}
-            return Scene(found.name, found.obstacles, "from MoveIt", **more)
+            message = parse_scene_text(text, path) if is_text else parse_planning_scene(data, path)
+            more = {"carried": message.carried, "allowed": message.allowed, "message": message, "notes": message.notes}
+            return Scene(message.name, message.obstacles, "from MoveIt", **more)
         return _from_file(validate(SceneFile, data, where, SceneError), path)
 
     def placement(self, robot: str) -> PlacementFile:
@@ -316,8 +316,8 @@ def build_obstacles(
     ]
     files = validate(SceneFile, {"obstacles": dicts}, where, SceneError).obstacles
     read = (read_obstacle(item) for item in files)
-    made = [next(read) if isinstance(item, Mapping) else [item] for item in given]
-    return [item for items in made for item in items], mesh_notes(files)
+    groups = [next(read) if isinstance(item, Mapping) else [item] for item in given]
+    return [item for items in groups for item in items], mesh_notes(files)
 
 
 def _as_plain_data(value: Any) -> Any:
@@ -361,8 +361,8 @@ def write_scene(scene: Scene, path: StrPath) -> list[Path]:
     shapes = [item.shape for item in (*scene.obstacles, *scene.moving, *scene.carried)]
     if any(isinstance(shape, Mesh) and shape.radius for shape in shapes):
         raise SceneError("radius of a mesh must be 0 in a scene file, got more: remove the radius.")
-    found = [shape for shape in shapes if isinstance(shape, Mesh)]
-    meshes = {path.with_name(f"{path.stem}-{k}.obj"): mesh for k, mesh in enumerate(found)}
+    surfaces = [shape for shape in shapes if isinstance(shape, Mesh)]
+    meshes = {path.with_name(f"{path.stem}-{k}.obj"): mesh for k, mesh in enumerate(surfaces)}
     files = iter(meshes)
     content = {
         "name": scene.name,

@@ -29,13 +29,13 @@ class Solid:
         A hollow body of two surfaces that face away from the material is hollow. A single surface may face in or out.
         Points on the surface may be either.
         """
-        found: Bools = np.all((points > self.low) & (points < self.high), axis=1)
-        rows = np.flatnonzero(found)
+        inside: Bools = np.all((points > self.low) & (points < self.high), axis=1)
+        rows = np.flatnonzero(inside)
         step = max(1, _CHUNK // len(self.corners))
         for k in range(0, len(rows), step):
             part = rows[k : k + step]
-            found[part] = np.abs(_winding(self.corners, points[part])) > 0.5
-        return found
+            inside[part] = np.abs(_winding(self.corners, points[part])) > 0.5
+        return inside
 
 
 def _winding(corners: Floats, points: Floats) -> Floats:
@@ -131,9 +131,9 @@ def component_of_vertices(mesh: Mesh) -> Ints:
     """Return the component (n,) of each vertex; -1 without a triangle of nonzero area."""
     triangles, component, _ = _components(mesh)
     first, same = distinct_rows(mesh.vertices)
-    found = np.full(len(mesh.vertices), -1, dtype=np.int64)
-    found[triangles] = component[:, None]
-    return found[first[same]]
+    inside = np.full(len(mesh.vertices), -1, dtype=np.int64)
+    inside[triangles] = component[:, None]
+    return inside[first[same]]
 
 
 @lru_cache(maxsize=1024)

@@ -1,4 +1,7 @@
-"""Files of points, voxels and depth images: NPY, NPZ, PLY, XYZ, PCD, PointCloud2 in MCAP, octomaps, 16-bit PNG."""
+"""Files of points, voxels and depth images.
+
+Formats: NPY, NPZ, PLY, XYZ, PCD, PointCloud2 in MCAP, octomaps, 16-bit PNG.
+"""
 
 import os
 from pathlib import Path
@@ -18,9 +21,10 @@ _VOXELS = (".npz", ".bt", ".ot")
 
 
 def read_points(path: StrPath, scale: float = 1.0) -> Floats:
-    """Return the points (n, 3) of a file after ``scale``, NaN where a sensor saw nothing; :class:`FileError` otherwise.
+    """Return the points (n, 3) of a file after ``scale``; NaN for missing measurements.
 
-    An NPZ file has ``xyz``; of an MCAP file the first PointCloud2 counts. PCD and MCAP need an extra package.
+    An NPZ file has ``xyz``; of an MCAP file the first PointCloud2 is used. PCD and MCAP need an extra package. Raises
+    :class:`FileError` for a file that cannot be read.
     """
     return _read(Path(path), _POINTS, "cloud", lambda file: _points(file) * scale)
 
@@ -28,13 +32,13 @@ def read_points(path: StrPath, scale: float = 1.0) -> Floats:
 def read_voxels(path: StrPath, scale: float = 1.0) -> Voxels:
     """Return the solid cells of a file: an NPZ with ``occupied``, ``pitch`` and ``origin``, or an octomap.
 
-    Cells of an octomap that were not seen are free. :class:`FileError` for a file that cannot be read.
+    Unknown cells of an octomap are free. Raises :class:`FileError` for a file that cannot be read.
     """
     return _read(Path(path), _VOXELS, "voxel", lambda file: _voxels(file, scale))
 
 
 def read_depth(path: StrPath, scale: float = 1e-3) -> Floats:
-    """Return the depths (h, w) of a 16-bit PNG or an NPY file after ``scale``, from millimetres where not given."""
+    """Return the depths (h, w) m of a 16-bit PNG or an NPY file after ``scale`` (default: from mm)."""
 
     def depths(file: Path) -> Floats:
         if file.suffix.lower() == ".npy":
@@ -78,7 +82,7 @@ def _points(path: Path) -> Floats:
 
 
 def _from_bag(path: Path) -> Floats:
-    """The first PointCloud2: its fields x, y and z, float32 or float64, little or big endian."""
+    """Return the points of the first PointCloud2 with fields x, y, z in float32 or float64."""
     factory = require_extra("mcap_ros2.decoder", "mcap").DecoderFactory()
     with path.open("rb") as file:
         for schema, channel, message in require_extra("mcap.reader", "mcap").make_reader(file).iter_messages():
@@ -118,7 +122,7 @@ def _voxels(path: Path, scale: float) -> Voxels:
 
 
 def voxels_of_leaves(leaves: list[tuple[Any, float]], pitch: float, scale: float = 1.0) -> Voxels:
-    """Return the cells of an octree's solid leaves: middles (3,) and sizes, multiples of ``pitch``."""
+    """Return the solid leaves of an octree, given by centres (3,) and sizes, as voxels."""
     if not leaves:
         raise ValueError("no cell is occupied")
     middles, sizes = np.array([middle for middle, _ in leaves]), np.array([size for _, size in leaves])

@@ -126,29 +126,29 @@ def split_into_components(body: Body) -> list[Body]:
     rows = [np.flatnonzero(number == k) for k in np.unique(number)]
     corners = [mesh.vertices[mesh.triangles[own]] for own in rows]
     low, high = (np.array([end(each, axis=(0, 1)) for each in corners]) for end in (np.min, np.max))
-    kept: list[list[int]] = []  # pieces that stay together, the largest first
+    groups: list[list[int]] = []  # components of one body each, the largest first
     for k in np.argsort(-np.linalg.norm(high - low, axis=1), kind="stable").tolist():
-        heads = [own[0] for own in reversed(kept)]
+        heads = [own[0] for own in reversed(groups)]
         outside = (np.maximum(high[k] - high[heads], 0.0) + np.maximum(low[heads] - low[k], 0.0)).sum(axis=1)
-        if len(kept) < _MOST_COMPONENTS and outside.all():
-            kept.append([k])
+        if len(groups) < _MOST_COMPONENTS and outside.all():
+            groups.append([k])
         else:
-            kept[-1 - int(outside.argmin())].append(k)
-    made = list[Body]()
-    for own in kept:
+            groups[-1 - int(outside.argmin())].append(k)
+    bodies = list[Body]()
+    for own in groups:
         used, triangles = np.unique(mesh.triangles[np.concatenate([rows[k] for k in own])], return_inverse=True)
         shape = Mesh(mesh.vertices[used], triangles.reshape(-1, 3), mesh.radius)
-        made.append(replace(body, name=f"{body.name}, piece {len(made) + 1}", shape=shape))
-    return made if len(made) > 1 else [body]
+        bodies.append(replace(body, name=f"{body.name}, piece {len(bodies) + 1}", shape=shape))
+    return bodies if len(bodies) > 1 else [body]
 
 
 def _simplify_for_display(mesh: Mesh) -> Mesh:
-    found = mesh
+    simple = mesh
     for cell in DRAWN_CELLS if float(np.ptp(mesh.vertices, axis=0).max()) <= _WIDEST else ():
-        if len(found.triangles) <= DRAWN_MANY:
+        if len(simple.triangles) <= DRAWN_MANY:
             break
-        found = _merge_for_display(mesh, cell)
-    sharp = split_at_creases(found)
+        simple = _merge_for_display(mesh, cell)
+    sharp = split_at_creases(simple)
     first = np.argmin(sharp.triangles, axis=1)[:, None]  # triangles in order: a page's gzip finds more to share
     triangles = np.take_along_axis(sharp.triangles, (first + np.arange(3)) % 3, axis=1)
     return Mesh(sharp.vertices, triangles[np.lexsort(triangles.T[::-1])])
@@ -174,8 +174,8 @@ def split_at_creases(mesh: Mesh) -> Mesh:
 
     welded = trimesh.Trimesh(mesh.vertices, mesh.triangles, process=False)
     welded.merge_vertices()
-    made = trimesh.graph.smooth_shade(welded, angle=_CREASE, facet_minarea=None)
-    return Mesh(np.asarray(made.vertices), np.asarray(made.faces))
+    smooth = trimesh.graph.smooth_shade(welded, angle=_CREASE, facet_minarea=None)
+    return Mesh(np.asarray(smooth.vertices), np.asarray(smooth.faces))
 
 
 def _triangles(path: Path) -> tuple[Floats, Ints]:
@@ -246,10 +246,10 @@ def simplify(mesh: Mesh) -> Mesh:
     """Return the mesh merged on a grid, with a radius; or itself if it has few triangles or gains little."""
     if len(mesh.triangles) <= MANY or mesh.radius or float(np.ptp(mesh.vertices.T.copy(), axis=1).max()) > _WIDEST:
         return mesh
-    found = _merge_on_grid(mesh, None)
-    if not is_closed(found.triangles):
-        found = _merge_on_grid(mesh, component_of_vertices(mesh))  # a closed piece is not to be joined to an open one
-    return found if len(found.triangles) <= _WORTH * len(mesh.triangles) else mesh
+    simple = _merge_on_grid(mesh, None)
+    if not is_closed(simple.triangles):
+        simple = _merge_on_grid(mesh, component_of_vertices(mesh))  # a closed component must not merge with an open one
+    return simple if len(simple.triangles) <= _WORTH * len(mesh.triangles) else mesh
 
 
 def _merge_on_grid(mesh: Mesh, apart: Ints | None) -> Mesh:

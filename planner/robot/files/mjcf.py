@@ -85,10 +85,10 @@ def _name(item: Any) -> str:
 
 def _followers(model: _Model, lost: list[str]) -> dict[int, dict[str, str]]:
     """Return joints coupled by an equality as <mimic> attributes; other equalities go to ``lost``."""
-    found = dict[int, dict[str, str]]()
+    followers = dict[int, dict[str, str]]()
     for k in np.flatnonzero(model.eq_active0):
         kind, joint, leader = _EQUALITIES[model.eq_type[k]], model.eq_obj1id[k], model.eq_obj2id[k]
-        if kind != "joint" or leader < 0 or joint in found:
+        if kind != "joint" or leader < 0 or joint in followers:
             lost.append(f"equality '{_name(model.equality(k))}' ({kind})")
             continue
         offset, factor, *curved = model.eq_data[k, :5].tolist()
@@ -99,8 +99,8 @@ def _followers(model: _Model, lost: list[str]) -> dict[int, dict[str, str]]:
             )
         zero, leaders_zero = model.qpos0[model.jnt_qposadr[[joint, leader]]].tolist()
         offset += zero - factor * leaders_zero  # MuJoCo counts both joints from their ref
-        found[joint] = {"joint": _name(model.joint(leader)), "multiplier": repr(factor), "offset": repr(offset)}
-    return found
+        followers[joint] = {"joint": _name(model.joint(leader)), "multiplier": repr(factor), "offset": repr(offset)}
+    return followers
 
 
 def _add_joints(robot: ET.Element, model: _Model, body: int, followers: Mapping[int, dict[str, str]]) -> None:

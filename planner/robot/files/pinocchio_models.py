@@ -25,7 +25,7 @@ def files_of_model(model: pin.Model, collision: pin.GeometryModel, visual: pin.G
     single, continuous, mimics = _with_single_values(model)
     geometry = {"collision": _in_frames(collision, single)}
     geometry["visual"] = geometry["collision"] if visual is None else _in_frames(visual, single)
-    named, seen = (
+    named, visible = (
         [single.frames[item.parentFrame].name for item in each.geometryObjects] for each in geometry.values()
     )
     description = Description(
@@ -35,7 +35,7 @@ def files_of_model(model: pin.Model, collision: pin.GeometryModel, visual: pin.G
         continuous=frozenset(continuous),
         collision_elements=len(named),
         mimics=tuple(mimics),
-        bare=frozenset(seen) - frozenset(named),
+        bare=frozenset(visible) - frozenset(named),
         links=frozenset(named).union(frame.name for frame in single.frames if frame.type == _LINK),
         joints=_links_at_joints(single),
         model=single,

@@ -163,11 +163,11 @@ class RobotFiles:
     @cached_property
     def home(self) -> Mapping[str, float]:
         """Joint values of the state home: from the robot file, else from the SRDF."""
-        found: dict[str, float] = {}
+        values_at_home: dict[str, float] = {}
         for state in sorted(self.srdf.states if self.srdf else (), key=lambda item: -len(item.values)):
-            found |= state.values if state.name == HOME else {}
-        found |= self._by_joint(self.file.home, "home") if self.file.home else {}
-        return {joint: value for joint, value in found.items() if self.model.existJointName(joint)}
+            values_at_home |= state.values if state.name == HOME else {}
+        values_at_home |= self._by_joint(self.file.home, "home") if self.file.home else {}
+        return {joint: value for joint, value in values_at_home.items() if self.model.existJointName(joint)}
 
     def motion(self, planned: Sequence[str]) -> MotionFile | None:
         """Return motion limits with lists in the order of ``planned``; None if missing for any joint."""
@@ -194,16 +194,16 @@ class RobotFiles:
     def disabled_pairs(self) -> frozenset[frozenset[str]] | None:
         """Link pairs that SRDF and robot file exclude from checks; None if neither does."""
         # some SRDFs disable no pair
-        said = self.srdf.disabled_among(self.description.links) if self.srdf else frozenset()
+        disabled = self.srdf.disabled_among(self.description.links) if self.srdf else frozenset()
         listed = self.file.disabled_pairs
         if listed is None:
-            return said or None
+            return disabled or None
         if unknown := [link for pair in listed for link in pair if link not in self.description.links]:
             raise RobotError(
                 f"robot file {self.origin}: disabled_pairs names link {quote(unknown[0])}, which the URDF lacks; "
                 f"links are {choices(sorted(self.description.links))}."
             )
-        return said | frozenset(frozenset(pair) for pair in listed)
+        return disabled | frozenset(frozenset(pair) for pair in listed)
 
     @property
     def notes(self) -> tuple[Note, ...]:
@@ -257,14 +257,14 @@ def _find_described(name: str) -> RobotFile:
     """Return a robot of the package robot_descriptions, whose module may download its files."""
     require_extra(_DESCRIPTIONS, "descriptions")
     try:
-        said = vars(importlib.import_module(f"{_DESCRIPTIONS}.{name}"))
-        path = next(said[kind] for kind in ("URDF_PATH", "XACRO_PATH", "MJCF_PATH") if said.get(kind))
+        module = vars(importlib.import_module(f"{_DESCRIPTIONS}.{name}"))
+        path = next(module[kind] for kind in ("URDF_PATH", "XACRO_PATH", "MJCF_PATH") if module.get(kind))
     except Exception as error:  # of a name that it lacks, of git, of the network
         reason = " ".join(str(error).split())[:200] or type(error).__name__
         raise RobotError(
             f"robot '{name}' of robot_descriptions cannot be loaded ({reason}): choose another name."
         ) from None
-    urdf_file = Source(file=str(path), args=said.get("XACRO_ARGS", {}) if path == said.get("XACRO_PATH") else {})
-    srdf = said.get("SRDF_PATH") or said.get("SRDF_XACRO_PATH")
-    srdf_file = Source(file=str(srdf), args=said.get("SRDF_XACRO_ARGS", {})) if srdf else None
+    urdf_file = Source(file=str(path), args=module.get("XACRO_ARGS", {}) if path == module.get("XACRO_PATH") else {})
+    srdf = module.get("SRDF_PATH") or module.get("SRDF_XACRO_PATH")
+    srdf_file = Source(file=str(srdf), args=module.get("SRDF_XACRO_ARGS", {})) if srdf else None
     return RobotFile(name=name, urdf=urdf_file, srdf=srdf_file, mesh_pieces=True)

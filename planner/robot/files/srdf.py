@@ -123,8 +123,8 @@ def group_joints(srdf: Srdf, name: str, description: urdf.Description, model: pi
 
     Raises :class:`RobotError` for an unknown group, unknown links, or a group that moves nothing.
     """
-    found = set(_joints_of(srdf, name, description)) - srdf.passive - {item.joint for item in description.mimics}
-    joints = [joint for joint in model.names[1:] if joint in found]
+    members = set(_joints_of(srdf, name, description)) - srdf.passive - {item.joint for item in description.mimics}
+    joints = [joint for joint in model.names[1:] if joint in members]
     if not joints:
         raise RobotError(f"group '{name}' of SRDF {srdf.path} moves no joint of this robot: choose another --group.")
     return joints

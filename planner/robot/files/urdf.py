@@ -61,13 +61,13 @@ class Description:
 
         A joint without a leader follows itself. Raises :class:`RobotError` for circular leaders.
         """
-        own, found = {item.joint: item for item in self.mimics}, Mimic(joint, joint, 1.0, 0.0)
+        own, mimic = {item.joint: item for item in self.mimics}, Mimic(joint, joint, 1.0, 0.0)
         for _ in range(len(own) + 1):
-            if found.leader in held or found.leader not in own:
-                return found
-            above = own[found.leader]
-            offset = found.multiplier * above.offset + found.offset
-            found = Mimic(joint, above.leader, found.multiplier * above.multiplier, offset)
+            if mimic.leader in held or mimic.leader not in own:
+                return mimic
+            above = own[mimic.leader]
+            offset = mimic.multiplier * above.offset + mimic.offset
+            mimic = Mimic(joint, above.leader, mimic.multiplier * above.multiplier, offset)
         raise RobotError(
             f"joint '{joint}' of {self.path} mimics '{own[joint].leader}', and their leaders form a circle: mend it."
         )
@@ -219,8 +219,8 @@ def build_model(description: Description) -> pin.Model:
         with printed:
             model = pin.buildModelFromXML(description.xml)
     except (ValueError, RuntimeError) as error:
-        said = printed.first_error() or str(error).partition("\n")[0].rstrip(".")
-        raise RobotError(f"URDF {description.path} cannot be built: {said}; mend the file.") from None
+        reason = printed.first_error() or str(error).partition("\n")[0].rstrip(".")
+        raise RobotError(f"URDF {description.path} cannot be built: {reason}; mend the file.") from None
     for name, joint in zip(model.names[1:], list(model.joints)[1:], strict=True):
         if joint.nv != 1 or joint.nq != 1:
             raise RobotError(
@@ -377,7 +377,7 @@ def guess_tools(model: pin.Model) -> tuple[list[str], str]:
     kinds, frames = (pin.FrameType.BODY, pin.FrameType.OP_FRAME), model.frames
     moved = {f.name: len(model.supports[f.parentJoint]) for f in frames if f.type in kinds and f.parentJoint}
     for word in _TOOLS:
-        if found := [name for name in moved if name == word] or [name for name in moved if name.endswith(f"_{word}")]:
-            return found, "by its name"
+        if tools := [name for name in moved if name == word] or [name for name in moved if name.endswith(f"_{word}")]:
+            return tools, "by its name"
     tips = [(moved[tip], tip) for tip in find_tips(model) if tip in moved]
     return [tip for count, tip in tips if count == max(tips)[0]], "as the tip that most joints move"

@@ -69,7 +69,7 @@ def read_geometry(
         because = str(error).partition("\n")[0].rstrip(".")
         raise RobotError(f"the geometry of {description.path} cannot be read ({because}): mend the file.") from None
     if kind == "collision" and geometry.ngeoms < description.collision_elements:
-        because = f" ({said})" if (said := printed.first_error()) else ""
+        because = f" ({reason})" if (reason := printed.first_error()) else ""
         raise RobotError(
             f"only {geometry.ngeoms} of the {description.collision_elements} collision geometries of "
             f"{description.path} could be read{because}: use box, sphere, cylinder, capsule or mesh."
@@ -81,7 +81,7 @@ def read_geometry(
 
 def _without_meshes(description: urdf.Description, kind: Kind) -> tuple[str, dict[str, Mesh]]:
     """Return the URDF with a ball in place of each mesh of one ``kind``, and the meshes by name."""
-    root, found = ET.fromstring(description.xml), dict[str, Mesh]()
+    root, meshes = ET.fromstring(description.xml), dict[str, Mesh]()
     read: dict[tuple[str, str], Mesh] = {}
     for link in root.iterfind("link"):
         for number, element in enumerate(link.iterfind(kind)):
@@ -91,10 +91,10 @@ def _without_meshes(description: urdf.Description, kind: Kind) -> tuple[str, dic
             key = mesh.get("filename", ""), mesh.get("scale", "1 1 1")
             if key not in read:
                 read[key] = _read(description, *key, kind)
-            found[f"{link.get('name')}_{number}"] = read[key]
+            meshes[f"{link.get('name')}_{number}"] = read[key]
             geometry.remove(mesh)
             ET.SubElement(geometry, "sphere", radius="1")
-    return (ET.tostring(root, encoding="unicode") if found else description.xml), found
+    return (ET.tostring(root, encoding="unicode") if meshes else description.xml), meshes
 
 
 def _read(description: urdf.Description, name: str, scale: str, kind: Kind) -> Mesh:
@@ -115,18 +115,18 @@ def _read(description: urdf.Description, name: str, scale: str, kind: Kind) -> M
 
 def mesh_files(description: urdf.Description, kind: Kind | None = None) -> list[Path]:
     """Return the existing mesh files of one ``kind`` or both, in a fixed order."""
-    root, found = ET.fromstring(description.xml), list[Path]()
+    root, paths = ET.fromstring(description.xml), list[Path]()
     for each in (kind,) if kind else ("collision", "visual"):
         names = {mesh.get("filename", "") for element in root.iter(each) for mesh in element.iter("mesh")}
-        found += [path for name in sorted(names) for path in _mesh_paths(description, name)]
-    return found
+        paths += [path for name in sorted(names) for path in _mesh_paths(description, name)]
+    return paths
 
 
 def _mesh_paths(description: urdf.Description, name: str) -> Iterator[Path]:
     """Return the existing files that a mesh name may refer to."""
     place = name.removeprefix("file://")
-    found = (Path(folder) / place for folder in description.package_dirs)
-    return (path for path in found if os.path.isfile(path))
+    paths = (Path(folder) / place for folder in description.package_dirs)
+    return (path for path in paths if os.path.isfile(path))
 
 
 def shape_of(geometry: coal.CollisionGeometry, kind: Kind = "collision") -> Shape:

@@ -67,11 +67,11 @@ def read_motion_plan_request(path: StrPath) -> MotionPlanRequest:
     where = f"MotionPlanRequest {path}"
     data = parse_yaml(read_text(path, "MotionPlanRequest"), where)
     message, notes = read_message(MotionPlanRequestMessage, data, where)
-    start, goals, kept = message.start_state, message.goal_constraints, message.path_constraints
+    start, goals, along_path = message.start_state, message.goal_constraints, message.path_constraints
     factors = {kind: getattr(message, f"max_{kind}_scaling_factor") for kind in ("velocity", "acceleration")}
     if wrong := [kind for kind, factor in factors.items() if not 0.0 <= factor <= 1.0]:
         notes += (Note(f"{where}: scaling of {choices(wrong)} outside (0, 1] is taken as 1, as MoveIt does."),)
-    simpler = ["path_constraints"] if kept.is_simplified else []
+    simpler = ["path_constraints"] if along_path.is_simplified else []
     for k, goal in enumerate(goals, start=1):
         if goal.is_simplified or any(each.tolerance_above or each.tolerance_below for each in goal.joint_constraints):
             simpler.append(f"goal {k}")
@@ -82,7 +82,7 @@ def read_motion_plan_request(path: StrPath) -> MotionPlanRequest:
         where,
         start.joint_state.values(),
         tuple(goals),
-        kept,
+        along_path,
         message.group_name,
         carried(start.attached_collision_objects, where),
         not start.is_diff,
@@ -102,10 +102,10 @@ def with_start_state(scene: Scene, message: MotionPlanRequest | None) -> Scene:
         text = f"robot_state.joint_state of scene '{scene.name}' counts with a request only, and is passed over."
         return replace(scene, notes=tuple(dict.fromkeys((*scene.notes, Note(text, grave=False)))))
     names = {item.object for item in message.carried}
-    kept = tuple(item for item in scene.carried if item.object not in names)
+    still_carried = tuple(item for item in scene.carried if item.object not in names)
     notes = message.notes
-    if kept and message.replaces:
-        held = choices(dict.fromkeys(item.object for item in kept))
+    if still_carried and message.replaces:
+        held = choices(dict.fromkeys(item.object for item in still_carried))
         text = f"its start_state is no difference (is_diff), so MoveIt would let go of {held}; it is still carried here"
         notes += (Note(f"{message.where}: {text}."),)
     if both := sorted(names & {item.object for item in scene.obstacles}):
@@ -114,7 +114,7 @@ def with_start_state(scene: Scene, message: MotionPlanRequest | None) -> Scene:
             "of one of them."
         )
     notes = tuple(dict.fromkeys((*scene.notes, *notes)))
-    return replace(scene, carried=(*kept, *message.carried), notes=notes)
+    return replace(scene, carried=(*still_carried, *message.carried), notes=notes)
 
 
 def choose_joints(message: MotionPlanRequest, given: JointChoice, files: RobotFiles) -> JointChoice:
@@ -155,20 +155,20 @@ def start_joints(message: MotionPlanRequest, robot: Robot, scene: Scene) -> Join
 
 def goal_targets(message: MotionPlanRequest, robot: Robot, scene: Scene) -> list[Target]:
     """Return the goals: joint values, or conditions on links with one target per choice of regions."""
-    start, found = start_values(message, scene), list[Target]()
+    start, targets = start_values(message, scene), list[Target]()
     for k, goal in enumerate(message.goals, start=1):
         where = f"{message.where}: goal {k}"
         places = [each.constraint_region.solids() for each in goal.position_constraints]
         if goal.joint_constraints and (places or goal.orientation_constraints):
             raise SceneError(f"{where} constrains joints and a link at once; give one of the two.")
         if goal.joint_constraints:
-            found.append(_joint_target(goal, robot, start, where))
+            targets.append(_joint_target(goal, robot, start, where))
             continue
         if not all(places) or not (places or goal.orientation_constraints):
             raise SceneError(f"{where} has neither joint nor position nor orientation constraints; add one of them.")
         for solids in itertools.product(*places):
-            found.append(ToolGoal(tuple(_conditions(goal, solids, robot, scene, where))))
-    return found
+            targets.append(ToolGoal(tuple(_conditions(goal, solids, robot, scene, where))))
+    return targets
 
 
 def path_conditions(message: MotionPlanRequest, robot: Robot, scene: Scene) -> tuple[Condition, ...]:
@@ -310,9 +310,9 @@ def _moving_frame(link: str, robot: Robot, where: str) -> str | None:
     """Return the frame of a constraint's link, None for the tool; :class:`SceneError` if it does not move."""
     if link in ("", robot.tool):
         return None
-    found = [frame for frame in robot.model.frames if frame.name == link]
-    if not found:
+    frames = [frame for frame in robot.model.frames if frame.name == link]
+    if not frames:
         raise SceneError(f"{where} is for link {quote(link)}, which robot '{robot.name}' lacks; name a link of it.")
-    if all(frame.parentJoint == 0 for frame in found):
+    if all(frame.parentJoint == 0 for frame in frames):
         raise SceneError(f"{where} is for link {quote(link)}, which no planned joint moves; name a link that moves.")
     return link

@@ -79,7 +79,7 @@ def _objects(lines: deque[str]) -> Iterator[dict[str, Any]]:
     """Yield every object of a ``.scene`` text as a message; ValueError, or IndexError at its end."""
     while (line := lines.popleft()) != ".":
         if not line.startswith("*"):
-            raise ValueError(f"expected '* name' of an object, found {line}")
+            raise ValueError(f"expected '* name' of an object, got {line}")
         item: dict[str, Any] = {"id": line[1:].strip(), "primitives": [], "primitive_poses": []}
         if len(lines[0].split()) == 3:  # newer files place the object first
             item["pose"] = _pose(lines)
@@ -93,7 +93,7 @@ def _objects(lines: deque[str]) -> Iterator[dict[str, Any]]:
             item["subframe_names"] = [(lines.popleft(), _pose(lines))[0] for _ in range(_count(lines))]
         yield item
     if lines:
-        raise ValueError(f"expected nothing after the closing dot, found {lines[0]}")
+        raise ValueError(f"expected nothing after the closing dot, got {lines[0]}")
 
 
 def _pose(lines: deque[str]) -> dict[str, Any]:
@@ -103,7 +103,7 @@ def _pose(lines: deque[str]) -> dict[str, Any]:
 def _count(lines: deque[str]) -> int:
     line = lines.popleft()
     if not line.isdecimal() or number(line) > len(lines):
-        raise ValueError(f"expected how many follow, found {line}")
+        raise ValueError(f"expected a count, got {line}")
     return int(line)
 
 
