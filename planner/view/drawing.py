@@ -21,9 +21,9 @@ from planner.trajectory.measure import dense_path
 from planner.view.canvas import Canvas
 from planner.view.surfaces import smooth_mesh, tube
 
-Kind: TypeAlias = Literal["visual", "collision"]  # of a robot's bodies: to look at, or to collide
+Kind: TypeAlias = Literal["visual", "collision"]  # of a robot's bodies
 
-_OBSTACLES = (  # one after another: neighbours in the list are told apart, and none looks like a path or red
+_OBSTACLES = (  # in turn: neighbours in the list differ, and none looks like a path or red
     (0.55, 0.60, 0.68, 0.85),
     (0.82, 0.72, 0.46, 0.85),
     (0.40, 0.63, 0.66, 0.85),
@@ -41,12 +41,12 @@ PATH, START, GOAL = (0.85, 0.25, 0.10, 1.0), (0.15, 0.65, 0.25, 1.0), (0.80, 0.1
 _DOT = 0.022  # m
 _HEIGHTS = (0.15, 0.95), (0.35, 0.75), (0.75, 0.20)  # red, green and blue of the lowest and the highest point
 _TUBE, _TUBE_STEP = 0.006, 0.08  # m, rad: between two rings the tool leaves the chord by less than a tube's radius
-EDGE_PIECES = 4  # straight pieces that approximate an edge's curved path
-MOST_EDGES = 8_000  # that a page draws: more make a black cloud of tens of megabytes
+EDGE_PIECES = 4  # line segments that approximate an edge's curved path
+MOST_EDGES = 8_000  # on a page: more make a black cloud of tens of megabytes
 
 
 def draw_bodies(canvas: Canvas, kind: Kind, bodies: Sequence[Body], touching: Collection[str] = ()) -> dict[str, str]:
-    """Draw bodies under one frame per joint (0 the base), links in ``touching`` red; returns the links by path."""
+    """Draw bodies under one frame per joint (0: base), ``touching`` links red; return the links by path."""
     names: dict[str, str] = {}
     for k, body in enumerate(bodies):
         path = f"robot/{body.joint}/{kind}/{k}"
@@ -57,21 +57,21 @@ def draw_bodies(canvas: Canvas, kind: Kind, bodies: Sequence[Body], touching: Co
 
 
 def set_joints(canvas: Canvas, robot: Robot, q: Floats) -> None:
-    """Put the frames of the joints where ``q`` (dof,) has them."""
+    """Place the frames of the joints at ``q`` (dof,)."""
     for joint, matrix in enumerate(joint_matrices(robot, q[None])[0], start=1):
         canvas.transform(f"robot/{joint}", matrix)
 
 
 def obstacle_colours(scene: Scene) -> dict[str, tuple[float, float, float, float]]:
-    """The colour of each object and of each moving obstacle by name: eight in turn, in the order of the scene."""
+    """Return the colour of each static and moving obstacle by name: eight in turn, in the scene's order."""
     objects = dict.fromkeys([*(item.object for item in scene.obstacles), *(item.name for item in scene.moving)])
     return dict(zip(objects, cycle(_OBSTACLES), strict=False))
 
 
 def draw_scene(canvas: Canvas, scene: Scene, touching: Collection[str] = ()) -> dict[str, str]:
-    """The obstacles, those in ``touching`` red, and a calm background; returns the obstacles' names by path.
+    """Draw obstacles, ``touching`` ones red, and a background; return the obstacles' names by path.
 
-    What moves is where it is at time 0, under a frame of its own, with the way of that frame.
+    Moving obstacles are at time 0, each under a frame of its own with the frame's path.
     """
     names: dict[str, str] = {}
     colours = obstacle_colours(scene)
@@ -93,7 +93,7 @@ def draw_scene(canvas: Canvas, scene: Scene, touching: Collection[str] = ()) -> 
             canvas.shape(f"ways/{k}", tube(way, _TUBE, 8), np.eye(4), _WAY)
     canvas.set("Background", "top_color", [0.95, 0.96, 0.98])
     canvas.set("Background", "bottom_color", [0.82, 0.85, 0.89])
-    for name in ("Axes", "Grid", "Lights"):  # the page draws a ground of the scene's own size, and lights it
+    for name in ("Axes", "Grid", "Lights"):  # the page has a grid and lights of its own
         canvas.set(name, "visible", False)
     return names
 
@@ -106,22 +106,22 @@ def _colour_by_height(cloud: Obstacle) -> Floats:
 
 
 def moving_data(scene: Scene) -> list[dict[str, Any]]:
-    """What the page's script moves obstacles by: poses at times (s), with one half way between any two.
+    """Return the moving obstacles for the page: poses at times (s), and halfway between any two.
 
-    So no turn between two of them is so wide that the shorter way is in doubt.
+    The extra poses keep every turn short enough to be unambiguous.
     """
-    found = []
+    motions = []
     for item in scene.moving:
         times = item.motion.times
         times = np.unique(np.concatenate([times, 0.5 * (times[1:] + times[:-1])]))
         poses = item.motion.at(times)
         turns = [quaternion_of(placement[:3, :3]) for placement in poses]
-        found.append({"times": times.tolist(), "positions": poses[:, :3, 3].tolist(), "quaternions": turns})
-    return found
+        motions.append({"times": times.tolist(), "positions": poses[:, :3, 3].tolist(), "quaternions": turns})
+    return motions
 
 
 def select_drawn(roadmap: Roadmap) -> tuple[Bools, Bools]:
-    """Which nodes (n,) and edges (m,) a page draws: of a large roadmap ``MOST_EDGES`` edges, evenly, and their ends."""
+    """Return the nodes (n,) and edges (m,) that a page draws: at most ``MOST_EDGES`` edges and their ends."""
     n, m = len(roadmap.nodes), len(roadmap.edges)
     if m <= MOST_EDGES:
         return np.ones(n, dtype=bool), np.ones(m, dtype=bool)
@@ -133,10 +133,9 @@ def select_drawn(roadmap: Roadmap) -> tuple[Bools, Bools]:
 
 
 def draw_roadmap(canvas: Canvas, roadmap: Roadmap, robot: Robot, drawn: tuple[Bools, Bools]) -> dict[str, Any]:
-    """Nodes at their tool positions and edges along the tool's path, to be coloured by the page; starts and goals.
+    """Draw the ``drawn`` nodes at their tool positions, the edges along the tool's path, starts and goals.
 
-    Of both only those ``drawn``, see :func:`select_drawn`. Returns what the page colours them by: w, the component and
-    the edges.
+    ``drawn`` is from :func:`select_drawn`. It returns the data of the colours: w, components and edges.
     """
     nodes, edges = drawn
     component = roadmap.components[nodes]
@@ -166,20 +165,20 @@ def draw_roadmap(canvas: Canvas, roadmap: Roadmap, robot: Robot, drawn: tuple[Bo
 def draw_path(
     canvas: Canvas, name: str, robot: Robot, path: Floats, rgba: tuple[float, float, float, float] = PATH
 ) -> None:
-    """The tool's path along a joint path as a tube."""
+    """Draw the tool's path along a joint path as a tube."""
     along = tube(tool_positions(robot, dense_path(path, _TUBE_STEP)), _TUBE * mark_scale(robot), 8)
     canvas.shape(name, along, np.eye(4), rgba)
 
 
 def draw_rungs(canvas: Canvas, robot: Robot, q: Floats) -> None:
-    """Solutions (n, dof) along a tool path, each a bar across it that lies as the tool's x axis does."""
+    """Draw solutions (n, dof) along a tool path, each as a bar along the tool's x axis."""
     rotation, position = Frame.tool(robot).poses(robot, q[:MOST_EDGES])
     ends = position[:, None] + np.array([[-_RUNG], [_RUNG]]) * rotation[:, None, :, 0]
     canvas.segments("tool_path/rungs", ends.reshape(-1, 3), np.tile(_RUNG_COLOUR, (2 * len(ends), 1)))
 
 
 def joint_matrices(robot: Robot, q: Floats) -> Floats:
-    """(n, joints, 4, 4) placements of every joint's frame, those that follow planned ones too."""
+    """Return placements (n, joints, 4, 4) of every joint's frame, followers included."""
     rotation, position = joint_placements(Chain.from_arm(robot), q)
     matrices = np.zeros((*position.shape[:2], 4, 4))
     matrices[..., :3, :3], matrices[..., :3, 3], matrices[..., 3, 3] = rotation, position, 1.0
@@ -187,21 +186,21 @@ def joint_matrices(robot: Robot, q: Floats) -> Floats:
 
 
 def joint_line(robot: Robot, q: Floats) -> Floats:
-    """Points (k, 3) from the base over every joint to the tool, at ``q`` (dof,)."""
+    """Return points (k, 3) from the base over every joint to the tool at ``q`` (dof,)."""
     return np.vstack([robot.base[:3, 3], joint_matrices(robot, q[None])[0][:, :3, 3], tool_positions(robot, q)])
 
 
 def mark_scale(robot: Robot) -> float:
-    """How large marks are drawn: 1 for an arm of 1.3 m from base to tool, less for a smaller one."""
+    """Return the scale of marks: 1 for an arm of 1.3 m or more from base to tool, less for a smaller one."""
     length = float(np.linalg.norm(np.diff(joint_line(robot, np.asarray(robot.home)), axis=0), axis=1).sum())
     return min(1.0, max(0.2, length / 1.3))
 
 
 def extent(robot: Robot, scene: Scene, bodies: Sequence[Body], q: Floats, points: Floats) -> tuple[Floats, float]:
-    """The centre (3,) and radius (m) of a ball around all that is near the robot.
+    """Return the centre (3,) and radius (m) of a ball around the robot and its surroundings.
 
-    It holds the robot's ``bodies`` at all of ``q`` (n, dof), near obstacles and ``points`` (n, 3). An obstacle that
-    extends far beyond the arm (a floor, a wall) does not count: it would make everything else small.
+    It holds the robot's ``bodies`` at all of ``q`` (n, dof), near obstacles and ``points`` (n, 3). Obstacles far larger
+    than the arm (a floor, a wall) do not count: they would make all else small.
     """
     line = joint_line(robot, q[0])
     reach = 1.3 * float(np.linalg.norm(np.diff(line, axis=0), axis=1).sum())  # the arm stretched out
@@ -218,7 +217,7 @@ def extent(robot: Robot, scene: Scene, bodies: Sequence[Body], q: Floats, points
 
 
 def swept_corners(robot: Robot, bodies: Sequence[Body], q: Floats) -> Floats:
-    """(k, 3) corners of boxes around the bodies, with the robot at each of ``q`` (n, dof)."""
+    """Return the corners (k, 3) of boxes around the bodies at each of ``q`` (n, dof)."""
     matrices = joint_matrices(robot, q)
     rows = [np.zeros((0, 3))]
     for body in bodies:
@@ -237,10 +236,9 @@ def swept_corners(robot: Robot, bodies: Sequence[Body], q: Floats) -> Floats:
 def draw_robot(
     canvas: Canvas, robot: Robot, q: Floats, touching: Set[str] = frozenset()
 ) -> tuple[dict[str, str], tuple[Body, ...]]:
-    """Draw the robot at ``q`` (dof,), links in ``touching`` red: bodies to look at, and under the same frames those
-    that collide.
+    """Draw the robot at ``q`` (dof,), ``touching`` links red; return links by path, and visual bodies.
 
-    Returns the links by path, and the bodies to look at.
+    Collision bodies are drawn under the same frames.
     """
     carried = tuple(replace(body, shape=smooth_mesh(body.shape)) for body in robot.carried)
     visual, colliding = ((*bodies, *carried) for bodies in load_drawn_bodies(robot))
@@ -252,9 +250,9 @@ def draw_robot(
 
 @lru_cache(maxsize=8)
 def load_drawn_bodies(robot: Robot) -> tuple[tuple[Body, ...], tuple[Body, ...]]:
-    """The visual bodies of ``robot``, see :func:`planner.robot.robot.load_visuals`, and those that collide.
+    """Return the visual bodies of ``robot``, and its collision bodies, without carried ones.
 
-    The bodies that the robot carries are not among them.
+    See :func:`planner.robot.robot.load_visuals`.
     """
     carried = {body.link for body in robot.carried}
     own = tuple(body for body in robot.bodies if body.link not in carried)

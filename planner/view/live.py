@@ -1,4 +1,4 @@
-"""The live page on viser: obstacles and the goal are moved with a gizmo, and a path is planned after each change."""
+"""The live page on viser: a gizmo moves obstacles and the goal, and each change is planned at once."""
 
 import threading
 from collections.abc import Callable
@@ -43,11 +43,11 @@ class Question:
 
 class Answer(NamedTuple):
     question: Question
-    plan: Plan  # its checker is the world of then
+    plan: Plan  # with the world at its time
 
 
 class LivePage:
-    """A session, its question, and the page that changes both; ``out`` is the file that Save writes the scene to.
+    """A session, its question, and the page that changes both; Save writes the scene to the file ``out``.
 
     Raises :class:`PlannerError` for a question that cannot be planned.
     """
@@ -68,21 +68,21 @@ class LivePage:
 
     @property
     def address(self) -> str:
-        """Where the page is served."""
+        """The address of the page."""
         return f"http://{HOST}:{self.server.get_port()}/"
 
     def close(self) -> None:
-        """End planning as soon as possible, then the server."""
+        """Stop planning, then the server."""
         self._session.close()
         with self._lock:
             self.server.stop()
 
     def plan(self) -> None:
-        """Plan from the start that is written in the page, with beta of the slider."""
+        """Plan from the start in the page's field, with the slider's beta."""
         self._change(start=self.start.value, beta=float(self.beta.value))
 
     def undo(self) -> None:
-        """Go back to the answer before the last change."""
+        """Restore the answer before the last change."""
         with self._lock:
             if len(self.answers) > 1:
                 self.answers.pop()
@@ -95,49 +95,49 @@ class LivePage:
             own = {"start": joints_text(self._start().tolist()), "goal": self._goal_text()}
             states = {**scene.states, robot.name: {**scene.states_of(robot.name), **own}}
             try:
-                written = write_scene(replace(scene, name=self._out.stem, states=states), self._out)
-                self.outcome.value = f"Written: {', '.join(map(str, written))}"
+                files = write_scene(replace(scene, name=self._out.stem, states=states), self._out)
+                self.outcome.value = f"Written: {', '.join(map(str, files))}"
             except PlannerError as error:
                 self.outcome.value = str(error)
 
     def move(self, name: str, position: Floats, quaternion: list[float]) -> None:
-        """Put an obstacle, or GOAL, to a position (m) and a quaternion [x, y, z, w], then plan."""
+        """Move an obstacle, or GOAL, to a position (m) and a quaternion [x, y, z, w], then plan."""
         if name != GOAL:
             return self._change(lambda: self._session.move(name, position, quaternion=quaternion))
         numbers = [*position.tolist(), *(quaternion if isinstance(parse_target(self._goal_text()), Pose) else ())]
         kind = "xyz" if len(numbers) == 3 else "pose"
         return self._change(goal=f"{kind}:{','.join(map(repr, numbers))}")
 
-    def _change(self, apply: Callable[[], object] = lambda: None, **asked: Any) -> None:
-        """Apply a change and plan what is asked; on an error undo the change and show the reason."""
+    def _change(self, apply: Callable[[], object] = lambda: None, **changes: Any) -> None:
+        """Apply a change and plan the changed question; on an error undo the change and show the reason."""
         with self._lock:
             self.outcome.value = "Planning ..."
-            refused = PlannerError("the planner failed at this; the terminal says why.")
+            refusal = PlannerError("the planner failed: see the terminal.")
             try:
                 apply()
-                self.answers.append(self._plan(replace(self.answers[-1].question, **asked)))
-                refused = None
+                self.answers.append(self._plan(replace(self.answers[-1].question, **changes)))
+                refusal = None
             except PlannerError as error:
-                refused = error
+                refusal = error
             finally:
-                self._show(refused)
+                self._show(refusal)
 
     def _plan(self, question: Question) -> Answer:
         return Answer(question, self._session.plan(question.start, question.goal, beta=question.beta, timing=None))
 
     def _goal_text(self) -> str:
-        """The goal that is reached, or the first one, in numbers."""
+        """Return the goal that is reached, or the first one, in numbers."""
         answer, robot = self.answers[-1], self._session.robot
         known = {HOME: joints_text(robot.home), **states_of(robot, self._session.scene)}
         return follow_names(answer.plan.goal or parse_targets(answer.question.goal)[0].text, known)[0]
 
     def _start(self) -> Floats:
-        """(dof,) the first configuration of the path, or of the roadmap's starts without one."""
+        """Return (dof,) the first configuration of the path, or of the roadmap's starts."""
         plan = self.answers[-1].plan
         return plan.path[0] if plan.solved else plan.roadmap.nodes[plan.roadmap.starts[0]]
 
     def _goal_placement(self) -> Floats:
-        """(4, 4) of the tool at the goal that is reached, or at the first one."""
+        """Return (4, 4) the tool's pose at the goal that is reached, or at the first one."""
         plan, robot = self.answers[-1].plan, self._session.robot
         q = plan.path[-1] if plan.solved else plan.roadmap.nodes[plan.roadmap.goals[0]]
         rotation, position = Frame.tool(robot).poses(robot, q[None])
@@ -155,7 +155,7 @@ class LivePage:
             gui.add_button(name).on_click(lambda _, act=act: act())
 
     async def _drag(self, event: viser.TransformControlsEvent) -> None:
-        """Let the obstacle follow the gizmo; async, so that viser keeps the order of the events."""
+        """Let the obstacle follow the gizmo; async, so that viser keeps the order of events."""
         if self.chosen.value != GOAL:
             handle = self._picture.obstacles[self.chosen.value]
             handle.position, handle.wxyz = event.target.position, event.target.wxyz
@@ -165,22 +165,22 @@ class LivePage:
             w, x, y, z = event.target.wxyz.tolist()
             self.move(self.chosen.value, event.target.position, [x, y, z, w])
 
-    def _show(self, refused: PlannerError | None = None) -> None:
-        """Show the last answer, and bring the world back to it."""
+    def _show(self, refusal: PlannerError | None = None) -> None:
+        """Show the last answer, and restore its world."""
         answer = self.answers[-1]
         plan = answer.plan
         self._session.world.restore(plan.checker)
-        reason = plan.reason if refused is None else refused.reason
+        reason = plan.reason if refusal is None else refusal.reason
         self._picture.show_scene(self._session.scene, frozenset() if reason is None else reason.names)
         self._picture.show_path(plan.path)
-        place(self._goal, self._goal_placement())
+        set_pose(self._goal, self._goal_placement())
         self._place_gizmo()
         self._show_robot()
         self.start.value, self.beta.value = answer.question.start, answer.question.beta
-        self.outcome.value = "\n".join(self._sentences(plan)) if refused is None else str(refused)
+        self.outcome.value = "\n".join(self._sentences(plan)) if refusal is None else str(refusal)
 
     def _sentences(self, plan: Plan) -> list[str]:
-        """The outcome, the cost and the clearance of a plan."""
+        """Return the outcome, the cost and the clearance of a plan."""
         rows = [plan.message]
         if plan.cost is not None:
             omega, distance = plan.cost.manipulability, plan.cost.distance
@@ -188,13 +188,13 @@ class LivePage:
         if plan.clearance is not None and plan.clearance.path is not None:
             rows.append(f"clearance {clearance_text(plan.clearance.path.min)}")
         if self._session.scene.moving:
-            rows.append(f"Left aside, because they move: {choices(o.name for o in self._session.scene.moving)}.")
+            rows.append(f"Moving obstacles are ignored: {choices(o.name for o in self._session.scene.moving)}.")
         return [*rows, f"planned in {plan.seconds:.2f} s"]
 
     def _place_gizmo(self) -> None:
         chosen: Any = self.chosen.value
         obstacles = {item.name: item.placement for item in self._session.scene.obstacles}
-        place(self._gizmo, self._goal_placement() if chosen == GOAL else obstacles[chosen])
+        set_pose(self._gizmo, self._goal_placement() if chosen == GOAL else obstacles[chosen])
 
     def _show_robot(self) -> None:
         plan, share = self.answers[-1].plan, np.array([self.share.value])
@@ -203,7 +203,7 @@ class LivePage:
 
 
 def start_server() -> viser.ViserServer:
-    """A viser server on the loopback address; it answers only pages that come from itself."""
+    """Return a viser server on the loopback address; it accepts only pages of its own."""
     origins: list[Any] = []
     serve = websocket_server.serve
     websocket_server.serve = partial(serve, origins=origins)  # viser has no option for it
@@ -212,12 +212,12 @@ def start_server() -> viser.ViserServer:
     finally:
         websocket_server.serve = serve
     origins += [f"http://{name}:{server.get_port()}" for name in (HOST, "localhost")]
-    server.gui.configure_theme(show_share_button=False, show_logo=False)  # sharing would leave this machine
+    server.gui.configure_theme(show_share_button=False, show_logo=False)  # sharing sends data off this machine
     return server
 
 
 class Picture:
-    """The objects of a viser scene: the robot at a configuration, the obstacles by name, a path of the tool."""
+    """The objects of a viser scene: the robot, the obstacles by name, a path of the tool."""
 
     def __init__(self, server: viser.ViserServer, robot: Robot, world: Scene, q: Floats) -> None:
         scene = server.scene
@@ -242,26 +242,26 @@ class Picture:
         server.initial_camera.position = centre + self.radius * np.array([1.4, -1.0, 0.6])
 
     def show_robot(self, q: Floats) -> None:
-        """Put the robot's joints to ``q`` (dof,)."""
+        """Move the robot's joints to ``q`` (dof,)."""
         for frame, matrix in zip(self._frames[1:], joint_matrices(self._robot, q[None])[0], strict=True):
-            place(frame, matrix)
+            set_pose(frame, matrix)
 
     def show_path(self, path: Floats) -> None:
-        """Draw the tool's way along a joint path (k, dof), in place of the last one; none where it is empty."""
+        """Draw the tool's path along a joint path (k, dof) in place of the last one; none if it is empty."""
         points = tool_positions(self._robot, dense_path(path, 0.05)) if len(path) > 1 else np.zeros((0, 3))
         ends = np.stack([points[:-1], points[1:]], axis=1)
         self._scene.add_line_segments("/path", ends, _rgb(PATH), thickness=0.01, visible=len(ends) > 0)
 
     def show_scene(self, scene: Scene, blamed: frozenset[str]) -> None:
-        """Put the obstacles where ``scene`` has them; those ``blamed`` for the missing path are red."""
+        """Move the obstacles to ``scene``; those ``blamed`` for the missing path are red."""
         for item in scene.obstacles:
             handle = self.obstacles[item.name]
-            place(handle, item.placement)
+            set_pose(handle, item.placement)
             handle.color = _rgb(TOUCHING if item.name in blamed else self._colours[item.object])
 
 
-def place(handle: viser.SceneNodeHandle, matrix: Floats) -> None:
-    """Put a scene node to a placement (4, 4)."""
+def set_pose(handle: viser.SceneNodeHandle, matrix: Floats) -> None:
+    """Move a scene node to a placement (4, 4)."""
     x, y, z, w = quaternion_of(matrix[:3, :3])
     handle.position, handle.wxyz = matrix[:3, 3], (w, x, y, z)
 
@@ -280,7 +280,7 @@ def _draw(scene: viser.SceneApi, name: str, shape: Shape, placement: Floats, rgb
             handle = scene.add_mesh_simple(
                 name, mesh.vertices, mesh.triangles, color=colour, opacity=opacity, side="double"
             )
-    place(handle, placement)
+    set_pose(handle, placement)
     return handle
 
 

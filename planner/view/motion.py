@@ -1,4 +1,4 @@
-"""A path as a page shows and plays it: numbers, motion, w, the tool's ellipsoids, and the two worst points."""
+"""A path as the page shows it: numbers, motion, w, the tool's ellipsoids, and the two worst points."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -17,27 +17,27 @@ from planner.trajectory.measure import Nearest, dense_path, measure_path
 from planner.trajectory.moving_obstacles import clearance_in_time
 from planner.trajectory.trajectory import Trajectory
 
-_SECONDS_PER_RADIAN = 0.8  # how fast the motion is shown
-_SINGULAR = 1e9  # a larger condition number is infinite but for rounding
-_FINE = 1001  # moments at which the lowest w of a motion is looked for
-_APART = 0.1  # worst points nearer than this share of the path are one
+_SECONDS_PER_RADIAN = 0.8  # speed of the animation of a path without times
+_SINGULAR = 1e9  # a larger condition number is infinite within rounding
+_FINE = 1001  # samples of a motion for its lowest w
+_APART = 0.1  # of the path: closer worst points are one
 
 
 @dataclass(frozen=True, eq=False)
 class ShownMotion:
-    """A trajectory along a path, and its ``clearance`` (n,) m at evenly spaced times; None where nothing is checked."""
+    """A trajectory along a path, and its ``clearance`` (n,) m at evenly spaced times, if any is checked."""
 
     trajectory: Trajectory
     clearance: Floats | None
 
     @property
     def states(self) -> Floats:
-        """States (n, dof) at evenly spaced times, close enough to draw the tool's way by."""
+        """States (n, dof) at evenly spaced times, dense enough for the picture of the tool's path."""
         return self.trajectory.at(np.linspace(self.trajectory.times[0], self.trajectory.times[-1], SHOWN_STATES))
 
 
 def sample_motion(trajectory: Trajectory, checker: CollisionChecker) -> ShownMotion:
-    """A trajectory with its clearance, from its beginning to its end."""
+    """Return a trajectory with its clearance from start to end."""
     times = np.linspace(trajectory.times[0], trajectory.times[-1], CLEARANCES_OF_MOTION)
     clearance = clearance_in_time(trajectory, checker, times)
     return ShownMotion(trajectory, clearance if np.isfinite(clearance).all() else None)
@@ -45,12 +45,12 @@ def sample_motion(trajectory: Trajectory, checker: CollisionChecker) -> ShownMot
 
 @dataclass(frozen=True, eq=False)
 class ShownPath:
-    """A path (k, dof) rad, what is said about it, and where known its betas and the cost-to-go (n,) of the roadmap.
+    """A path (k, dof) rad with its rows of numbers and, if known, its betas and the cost-to-go (n,).
 
-    ``costs``: Omega and D. A path with costs but without an interval is non-dominated, and no beta makes it optimal.
-    With a ``motion`` the robot is shown at its times. ``choice``: what is gained and paid by these betas, as
-    :meth:`planner.tradeoff.record.IntervalNumbers.choice` has it. ``nearest``: where the path, or its motion, comes
-    nearest to anything.
+    ``costs``: Omega and D. A path with costs but without an interval is non-dominated, yet optimal for no beta. A
+    ``motion`` sets the times of the animation. ``choice`` holds gain and price of these betas, see
+    :meth:`planner.tradeoff.record.IntervalNumbers.choice`. ``nearest`` is the smallest clearance of the path or its
+    motion.
     """
 
     path: Floats
@@ -64,7 +64,7 @@ class ShownPath:
 
 
 def path_rows(robot: Robot, path: Floats, omega: float, distance: float) -> Rows:
-    """What the page says about a path: its two costs, its mean w, its lengths; the smallest w is among the lowest."""
+    """Return the page's rows on a path: its two costs, mean w and lengths."""
     measures, unit = measure_path(robot, path), unit_of(robot)
     return [
         ("manipulability cost Ω", f"{omega:.4f}"),
@@ -77,9 +77,9 @@ def path_rows(robot: Robot, path: Floats, omega: float, distance: float) -> Rows
 
 
 def motion_data(robot: Robot, shown: ShownPath) -> dict[str, Any]:
-    """What the page's script moves the robot by, along a joint path (k, dof) of one configuration or more.
+    """Return the data of the animation along a joint path (k, dof) of one configuration or more.
 
-    With a motion its states at evenly spaced times take the place of the path's waypoints: shares are of time then.
+    With a motion, its states at evenly spaced times replace the path's waypoints, and shares are of time.
     """
     path, motion = shown.path, shown.motion
     (shares, total), even = path_shares(path), np.linspace(0.0, 1.0, SHOWN_STATES)
@@ -108,7 +108,7 @@ def motion_data(robot: Robot, shown: ShownPath) -> dict[str, Any]:
 
 
 def _in_time(robot: Robot, motion: ShownMotion) -> dict[str, Any]:
-    """A motion's derivatives and the speed of its tool (m/s) at evenly spaced times, with the limits of the joints."""
+    """Return a motion's derivatives and tool speed (m/s) at evenly spaced times, and the joints' limits."""
     trajectory, limits = motion.trajectory, motion.trajectory.limits
     times = np.linspace(trajectory.times[0], trajectory.times[-1], SHOWN_STATES)
     rates = {kind: trajectory.at(times, order) for order, kind in enumerate(KINDS, start=1)}
@@ -128,7 +128,7 @@ def _few_digits(values: Floats) -> list[float]:
 
 
 def chain_data(robot: Robot) -> dict[str, Any]:
-    """The joint tree as :class:`~planner.kinematics.forward.Chain` has it, and the tool's place in its last frame."""
+    """Return the joint tree of :class:`~planner.kinematics.forward.Chain`, and the tool's offset."""
     chain, frame = Chain.from_arm(robot), robot.model.frames[robot.tool_id]
     return {
         "parent": chain.parent.tolist(),
@@ -144,7 +144,7 @@ def chain_data(robot: Robot) -> dict[str, Any]:
 
 
 def joint_data(robot: Robot) -> dict[str, Any]:
-    """Names and limits of the planned joints; a joint that turns freely has none."""
+    """Return names and limits of the planned joints; a continuous joint has none."""
     return {
         "names": list(robot.joints),
         "lower": robot.lower.tolist(),
@@ -155,23 +155,23 @@ def joint_data(robot: Robot) -> dict[str, Any]:
 
 
 def path_shares(path: Floats) -> tuple[Floats, float]:
-    """The share (k,) of the joint motion that lies behind each row of a path, and the whole motion (rad)."""
+    """Return the share (k,) of the joint motion at each row of a path, and the total motion (rad)."""
     steps = np.linalg.norm(np.diff(path, axis=0), axis=1)
     along = cumulative_sums(steps)
     total = float(along[-1])
     return along / total if total > 0 else 0.0 * along, total
 
 
-def configurations_at(path: Floats, shares: Floats, wanted: Floats) -> Floats:
-    """Configurations (n, dof) at the ``wanted`` shares (n,) of a path's joint motion."""
-    return np.column_stack([np.interp(wanted, shares, column) for column in path.T])
+def configurations_at(path: Floats, shares: Floats, requested: Floats) -> Floats:
+    """Return configurations (n, dof) at the ``requested`` shares (n,) of a path's joint motion."""
+    return np.column_stack([np.interp(requested, shares, column) for column in path.T])
 
 
 def ellipsoids(robot: Robot, q: Floats) -> Floats:
-    """(n, 6) xx, yy, zz, xy, xz, yz of (J Jᵀ)^½ with J the linear rows of the tool's Jacobian (m/rad).
+    """Return xx, yy, zz, xy, xz, yz (n, 6) of (J Jᵀ)^½, J the linear rows of the tool's Jacobian (m/rad).
 
-    It maps the unit ball onto the tool velocities that joint velocities of norm 1 reach: Yoshikawa's manipulability
-    ellipsoid of the translation. Two-row (planar) robots have a flat one.
+    It maps the unit ball onto the tool velocities at joint velocities of norm 1: Yoshikawa's manipulability ellipsoid
+    of the translation. Planar robots have a flat one.
     """
     linear = np.zeros((len(q), 3, robot.dof))
     rows = jacobians(robot, q)[:, :3]
@@ -182,7 +182,7 @@ def ellipsoids(robot: Robot, q: Floats) -> Floats:
 
 
 def find_worst_points(robot: Robot, q: Floats, shares: Floats) -> list[dict[str, Any]]:
-    """The two lowest local minima of w over states ``q`` (n, dof) at ``shares`` (n,) of the way, ends included.
+    """Return the two lowest local minima of w over states ``q`` (n, dof) at ``shares`` (n,), or ends.
 
     The lowest comes first; each has its ``share``, ``w`` and the tool's ``position`` (m).
     """
@@ -196,7 +196,7 @@ def find_worst_points(robot: Robot, q: Floats, shares: Floats) -> list[dict[str,
 
 
 def _local_minima(values: Floats) -> Ints:
-    """Rows of the local minima, the lowest first; a stretch of equal values counts as its first row."""
+    """Return the rows of the local minima, the lowest first; equal neighbours count as their first row."""
     rows = np.nonzero(np.concatenate([[True], np.diff(values) != 0]))[0]
     padded = np.concatenate([[np.inf], values[rows], [np.inf]])
     lowest = rows[(padded[1:-1] < padded[:-2]) & (padded[1:-1] < padded[2:])]

@@ -1,8 +1,8 @@
-// Replays the recorded scene into meshcat's viewer, then drives it from our own controls.
-// The page says when it is ready in the data-ready attribute of its root.
+// Replays the recorded scene into meshcat's viewer, then drives it by the page's controls.
+// The root's data-ready attribute marks a complete page.
 
-const STEP = 0.01; // share of the way that an arrow key moves
-let current = 0; // number of the path that is shown
+const STEP = 0.01; // share of the path per arrow key
+let current = 0; // number of the shown path
 let share = 0; // of its joint motion
 let playing = false;
 
@@ -10,7 +10,7 @@ const shownPath = () => data.paths[current];
 const short = (w) => (w === 0 ? "0" : w >= 5e-4 ? w.toFixed(4) : w.toExponential(1));
 const percent = (part) => `${Math.round(100 * part)} %`;
 
-// The scene is MessagePack commands, one after another; the viewer decodes them one by one.
+// The scene is a sequence of MessagePack commands; the viewer decodes one at a time.
 async function replay(scene) {
   const bytes = await unpack(scene);
   let at = 0;
@@ -20,7 +20,7 @@ async function replay(scene) {
   }
 }
 
-// Lights that stay with the scene. Together they reach 1 on the brightest side, so that white is not overexposed.
+// Lights fixed to the scene. Their sum is 1 on the brightest side, so that white is not overexposed.
 function lightAll() {
   const lights = [new THREE.AmbientLight(0xffffff, 0.38)];
   for (const [strength, place] of [[0.58, [-0.5, -0.8, 1.3]], [0.2, [1, -0.1, 0.4]], [0.14, [0, 1, -0.3]]]) {
@@ -55,16 +55,16 @@ function fillTable(table, rows, wrong = []) {
 }
 
 function fillKey() {
-  const entries = [["#26a640", "start"], ["#cc1a26", "goal"], ["#d9401a", "the tool's way along the path"],
+  const entries = [["#26a640", "start"], ["#cc1a26", "goal"], ["#d9401a", "the tool's path"],
     ["#7a1fa2", "the two lowest local minima of w along the path"],
     ["#a7c4e6", `manipulability ellipsoid: tool velocities at joint velocities of norm 1 rad/s; ${scale} m drawn for 1 m/s`],
     ["#c3cbd4", `grid of ${CELL} m on the floor`]];
   if (data.touching.length) entries.unshift(["#e61f1f", "in contact"]);
-  if (data.blamed === "separated") entries.unshift(["#e61f1f", "separates start from goal, and the shortest motion that it blocks"]);
-  if (data.blamed === "budget_spent") entries.unshift(["#e61f1f", "the shortest motion between the parts, and what touches there"]);
-  if (data.blamed === "blocked_in_time") entries.unshift(["#e61f1f", "moves and is in the way"]);
-  if (data.moving.length) entries.push(["#b3bcc8", "the way of what moves; it stands where it is at the time shown"]);
-  const useful = data.roadmap ? entries : entries.filter(([, text]) => /ellipsoid|grid|contact|moves/.test(text));
+  if (data.blamed === "separated") entries.unshift(["#e61f1f", "separates start from goal; the shortest blocked motion"]);
+  if (data.blamed === "budget_spent") entries.unshift(["#e61f1f", "the shortest motion between the components, and its contact"]);
+  if (data.blamed === "blocked_in_time") entries.unshift(["#e61f1f", "moving obstacle that blocks the way"]);
+  if (data.moving.length) entries.push(["#b3bcc8", "path of a moving obstacle, drawn at the shown time"]);
+  const useful = data.roadmap ? entries : entries.filter(([, text]) => /ellipsoid|grid|contact|moving/.test(text));
   for (const [colour, text] of useful) {
     const item = document.createElement("li"), words = document.createElement("span");
     words.textContent = text;
@@ -73,17 +73,17 @@ function fillKey() {
   }
 }
 
-// What is said of the path, and of the second one in a column beside it.
+// The numbers of the path, and of the second one in another column.
 function fillNumbers(path, other) {
   fillTable(element("numbers"), path.numbers, data.wrong);
   if (!other) return;
-  const beside = Object.fromEntries(other.numbers);
-  [...element("numbers").rows].forEach((row, k) => { row.insertCell().textContent = beside[path.numbers[k][0]] ?? ""; });
+  const values = Object.fromEntries(other.numbers);
+  [...element("numbers").rows].forEach((row, k) => { row.insertCell().textContent = values[path.numbers[k][0]] ?? ""; });
   const head = element("numbers").createTHead().insertRow();
-  ["", "shown", "beside it"].forEach((text) => { head.insertCell().textContent = text; });
+  ["", "shown", "compared"].forEach((text) => { head.insertCell().textContent = text; });
 }
 
-// the worst points: dots in the room, words beside them, and a line each in the panel
+// the worst points: labelled dots in the scene, and a line each in the panel
 
 const dots = new THREE.Group();
 viewer.scene.add(dots);
@@ -110,7 +110,7 @@ function markWorst(path, other) {
     element("worst-list").append(line);
     element("marks").append(mark);
   }
-  if (other) element("worst-list").append(`beside it at least ${short(other.worst[0].w)} ${data.unit}`);
+  if (other) element("worst-list").append(`compared path: at least ${short(other.worst[0].w)} ${data.unit}`);
 }
 
 function placeMarks() {
@@ -120,7 +120,7 @@ function placeMarks() {
     mark.style.left = `${xs[k]}px`;
     mark.style.top = `${((1 - seen[k].y) / 2) * innerHeight}px`;
     mark.hidden = seen[k].z > 1;
-    // words away from each other, where there is room for them
+    // labels point away from each other if there is space
     const outward = k === first && xs.length > 1 && xs[k] > free.x + 90;
     mark.classList.toggle("left", outward || xs[k] > free.x + free.width - 90);
   });
@@ -192,7 +192,7 @@ function startPlayer() {
   document.addEventListener("keydown", onKey);
 }
 
-// the trade-off: one path an interval of beta
+// the trade-off: one path per interval of beta
 
 function showPath(k) {
   current = k;
@@ -218,10 +218,10 @@ function showPath(k) {
   if (!path.interval) return; // one path and no trade-off
   element("which").textContent = `path ${k + 1} of ${optimal()}`;
   const [low, high] = path.interval;
-  element("interval").textContent = low === high ? `as good as others at β = ${low}` : `optimal for β from ${betas(path.interval)}`;
+  element("interval").textContent = low === high ? `one of several optimal paths at β = ${low}` : `optimal for β from ${betas(path.interval)}`;
 }
 
-// as many digits as tell two betas apart
+// enough digits to distinguish two betas
 function digits(beta, other) {
   const apart = Math.abs(beta - other);
   return String(Number(beta.toFixed(apart > 0 ? Math.min(12, Math.max(4, 2 - Math.floor(Math.log10(apart)))) : 4)));
@@ -241,7 +241,7 @@ function pathAt(beta) {
   return k < 0 ? optimal() - 1 : k;
 }
 
-// The path of the slider's beta: another one may be shown, which no beta makes optimal.
+// The path of the slider's beta; the shown path may be one that is optimal for no beta.
 const atBeta = () => (shownPath().interval ? current : pathAt(Number(element("beta").value)));
 
 function toInterval(k) {
@@ -274,7 +274,7 @@ function startTradeoff() {
     setBeta(beta);
     if (k !== current) showPath(k);
   };
-  slider.onchange = () => toInterval(atBeta()); // let go, the slider snaps to the middle of its interval
+  slider.onchange = () => toInterval(atBeta()); // on release the slider snaps to the middle of its interval
   slider.onkeydown = onBetaKey;
   element("less").onclick = () => toInterval(atBeta() - 1);
   element("more").onclick = () => toInterval(atBeta() + 1);
@@ -293,7 +293,7 @@ function startPanel() {
   element("message").textContent = data.message;
   fillTable(element("about"), data.about, data.wrong);
   element("about-section").hidden = !data.about.length;
-  drawEffort();
+  drawRounds();
   element("joints-section").open = !narrow();
   element("fold").onclick = () => {
     fold(root.dataset.folded !== "true");
@@ -317,7 +317,7 @@ async function main() {
   };
   data.paths.forEach((path, k) => { if (path.waypoints.length > 1) drawWay(path, k); });
   lightAll();
-  fold(narrow() || flat()); // so that on a phone the robot is seen
+  fold(narrow() || flat()); // leaves the robot visible on a phone
   startPanel();
   startPlayer();
   current = data.current;
@@ -334,4 +334,4 @@ async function main() {
   requestAnimationFrame(() => requestAnimationFrame(() => { root.dataset.ready = "true"; }));
 }
 
-main().catch((error) => setTimeout(() => { throw error; })); // to where all errors are told
+main().catch((error) => setTimeout(() => { throw error; })); // so that the error listener reports it

@@ -1,4 +1,4 @@
-"""The page: robot, obstacles, roadmap, paths, their motion and numbers, in one file that opens offline."""
+"""The page: robot, obstacles, roadmap, paths, motions and numbers in one file that opens offline."""
 
 import shlex
 from collections.abc import Collection, Sequence
@@ -36,17 +36,17 @@ from planner.view.drawing import (
 from planner.view.motion import ShownPath, chain_data, configurations_at, joint_data, motion_data, path_shares
 from planner.view.surfaces import css_gradient, ramp_stops, tube
 
-_WANTED, _TOOL_PATH = 0.012, (0.10, 0.55, 0.95, 0.45)  # m: around the tube of the path that is reached
+_TOOL_LINE, _TOOL_PATH = 0.012, (0.10, 0.55, 0.95, 0.45)  # m: wider than the tube of the path itself
 _ALWAYS = ("robot", "scene", "seed")
-_LOOKS = 9  # places of each path that the picture is made to hold
+_SAMPLES = 9  # configurations of each path that the picture has to hold
 
 
 class Page:
-    """A page in the making: robot and scene first, then the roadmap, then paths; :meth:`html` is its text.
+    """A page under construction: robot and scene, then a roadmap, then paths; :meth:`html` is its text.
 
-    The robot stands at ``q`` (dof,). ``rows`` say how all this was made; those named in ``wrong`` are written red.
-    Names in ``touching`` are drawn red, as are those that the ``reason`` for no path blames. ``notes`` are on the
-    start, the ``command`` is the command line that makes this again, see :func:`command_line`.
+    The robot is at ``q`` (dof,). ``rows`` are about the planning; those named in ``wrong`` are red. Names in
+    ``touching`` are drawn red, as are those that the ``reason`` for no path blames. ``notes`` are on the start,
+    ``command`` is the command line of the plan, see :func:`command_line`.
     """
 
     def __init__(
@@ -68,7 +68,7 @@ class Page:
         names, bodies = draw_robot(self.canvas, robot, q, red)
         names |= draw_scene(self.canvas, scene, red)
         self._bodies = bodies or robot.bodies
-        self._looks = [q[None]]
+        self._states = [q[None]]
         self._ends: list[Floats] = []  # starts and goals of the roadmap
         self._points = [np.zeros((0, 3))]
         self._nodes: Any = slice(None)
@@ -104,15 +104,15 @@ class Page:
             "joints": joint_data(robot),
         }
         if isinstance(reason, NoWay):
-            between = np.array([reason.gap.start_side, reason.gap.goal_side])  # the shortest motion, which is blocked
+            between = np.array([reason.gap.start_side, reason.gap.goal_side])  # the shortest motion, a blocked one
             draw_path(self.canvas, "gap", robot, between, TOUCHING)
 
     def add_roadmap(self, roadmap: Roadmap, cost_to_go: Floats | None = None) -> None:
-        """Draw a roadmap; its nodes are coloured by their ``cost_to_go`` (n,) where no path brings its own."""
+        """Draw a roadmap; ``cost_to_go`` (n,) colours its nodes for paths without their own."""
         self._nodes, edges = select_drawn(roadmap)
         self._data["roadmap"] = draw_roadmap(self.canvas, roadmap, self.robot, (self._nodes, edges))
         if not edges.all():
-            self._data["about"].append(("drawn", f"{int(edges.sum())} of {len(edges)} edges, evenly"))
+            self._data["about"].append(("drawn", f"{int(edges.sum())} of {len(edges)} edges, evenly chosen"))
         self._data["cost"] = self._field(cost_to_go)
         self._ends = [roadmap.nodes[roadmap.starts], roadmap.nodes[roadmap.goals]]
         typical = float(np.median(roadmap.manipulability))
@@ -131,12 +131,14 @@ class Page:
         curve: Sequence[tuple[int, float]] = (),
         tool_speed: float | None = None,
     ) -> None:
-        """Draw paths; ``paths[current]`` is shown first, at ``beta``, with the ``floor`` under w where it is not 0.
+        """Draw paths; ``paths[current]`` comes first, at ``beta``, with a ``floor`` under w if it is not 0.
 
-        ``curve``: (rounds of effort, best cost). ``tool_speed`` (m/s) is a limit that was asked for.
+        ``curve``: (refinement rounds, best cost). ``tool_speed`` (m/s) is a requested limit.
         """
         for shown in paths:
-            self._looks.append(configurations_at(shown.path, path_shares(shown.path)[0], np.linspace(0.0, 1.0, _LOOKS)))
+            self._states.append(
+                configurations_at(shown.path, path_shares(shown.path)[0], np.linspace(0.0, 1.0, _SAMPLES))
+            )
             self._points.append(tool_positions(self.robot, shown.path))
         self._data |= {
             "paths": [self._path(shown) for shown in paths],
@@ -148,8 +150,8 @@ class Page:
         }
 
     def add_tool_line(self, points: Floats, radius: float) -> None:
-        """Draw a line (k, 3) m that the tool is to follow, with the ``radius`` (m) of its tube."""
-        line = tube(points, max(radius, _WANTED), 8)
+        """Draw a line (k, 3) m for the tool, with the ``radius`` (m) of its tube."""
+        line = tube(points, max(radius, _TOOL_LINE), 8)
         self.canvas.shape(f"tool_path/{len(self._points)}", line, np.eye(4), _TOOL_PATH)
         self._points.append(points)
 
@@ -159,11 +161,11 @@ class Page:
             draw_rungs(self.canvas, self.robot, q)
 
     def html(self) -> str:
-        """HTML text that needs nothing but a browser; without paths the robot stands still."""
+        """Return HTML text that needs only a browser; without paths the robot is at rest."""
         if not self._data["paths"]:
-            self._looks += self._ends
+            self._states += self._ends
             self.add_paths([ShownPath(self.q[None], [])])
-        q = np.vstack(self._looks)
+        q = np.vstack(self._states)
         centre, radius = extent(self.robot, self.scene, self._bodies, q, np.vstack(self._points))
         ways = [tool_positions(self.robot, q), swept_corners(self.robot, self._bodies, q)]
         data = {
@@ -185,20 +187,20 @@ class Page:
         }
 
     def _field(self, x: Floats | None) -> list[float | None] | None:
-        """The cost-to-go of the nodes that are drawn, rounded; null where no goal is reached."""
+        """Return the rounded cost-to-go of the drawn nodes; None where no goal is reached."""
         if x is None:
             return None
         return [value if np.isfinite(value) else None for value in np.round(x[self._nodes], 4).tolist()]
 
 
 def outermost_points(*points: Floats) -> list[list[float]]:
-    """Those of points (n, 3) each that are the farthest in some direction, for the page's camera."""
+    """Return the points (n, 3) that are farthest in some direction, for the page's camera."""
     rows, directions = np.vstack(points), np.random.default_rng(0).normal(size=(3, 200))
     return rows[np.unique((rows @ directions).argmax(axis=0))].round(3).tolist()
 
 
 def command_line(verb: str, request: Request) -> str:
-    """The command that asks for ``request``, but for its beta, which the page adds; defaults are left out."""
+    """Return the command for ``request`` without its beta, which the page adds, and without defaults."""
     plain, words = type(request)().config(), []
     for name, value in request.config().items():
         if name in _ALWAYS or (name != "beta" and value != plain[name]):
@@ -208,13 +210,13 @@ def command_line(verb: str, request: Request) -> str:
 
 @dataclass(frozen=True, repr=False)
 class InlinePage:
-    """A page as a notebook cell shows it, ``height`` pixels high."""
+    """A page in a notebook cell, ``height`` pixels high."""
 
     html: str
     height: int
 
     def _repr_html_(self) -> str:
-        # no allow-same-origin: a name out of a scene file cannot reach the notebook
+        # without allow-same-origin, so that a name in a scene file cannot reach the notebook
         style = f"width:100%;height:{self.height}px;border:0"
         return f'<iframe sandbox="allow-scripts" style="{style}" srcdoc="{escape(self.html)}"></iframe>'
 
@@ -223,19 +225,17 @@ class InlinePage:
 
 
 def show(thing: Any, checker: CollisionChecker | None = None, height: int = 640) -> InlinePage:
-    """The page of a plan, a trade-off or a task in a notebook cell; of a roadmap, with the checker of its world.
+    """Return the page of a plan, trade-off, task or roadmap for a notebook cell.
 
         planner.show(plan)
         planner.show(roadmap, checker)
 
-    Raises :class:`OptionError` for a roadmap without a checker, or with that of another robot.
+    A roadmap needs the checker of its world. Raises :class:`OptionError` without one, or for that of another robot.
     """
     if not isinstance(thing, Roadmap):
         return InlinePage(thing.page(), height)
     if checker is None or thing.origin.joints != checker.robot.joints:
-        raise OptionError(
-            "A roadmap holds no geometry: give the checker that it was grown with, show(roadmap, checker)."
-        )
+        raise OptionError("checker must be of the roadmap's robot, got another or none: use show(roadmap, checker).")
     q = thing.nodes[thing.starts[0] if len(thing.starts) else 0]
     message = f"A roadmap of {len(thing.nodes)} configurations."
     page = Page(checker.robot, checker.world.scene, q, message, [("roadmap", thing.record().text)])

@@ -1,9 +1,9 @@
-// From where the scene is seen: all of it in the free part of the window, start, goal and path past the obstacles.
+// The camera: the whole scene in the free part of the window, with start, goal and path visible past the obstacles.
 
-const narrow = () => innerWidth <= 760; // as the style sheet has it
-const flat = () => innerHeight <= 500; // a phone on its side
+const narrow = () => innerWidth <= 760; // as in the style sheet
+const flat = () => innerHeight <= 500; // a phone in landscape
 
-// The free part of the window, beside the panel (on a phone below its head) and above the player, in pixels.
+// The free part of the window in pixels: right of the panel (on a phone below its head) and above the player.
 function freeArea() {
   const folded = root.dataset.folded === "true";
   const x = narrow() || folded ? 0 : element("panel").getBoundingClientRect().right;
@@ -14,8 +14,7 @@ function freeArea() {
   return { x, y, width: Math.max(right - x, 80), height: Math.max(bottom - y, 80) };
 }
 
-// The place of the tool at shares of a path, start and goal among them, and how much it counts that each is seen; where
-// there is no path those of starts and goals.
+// Tool positions along a path, start and goal included, with weights for their visibility; starts and goals without a path.
 function placesToSee(path) {
   const count = 12;
   if (path.waypoints.length < 2) {
@@ -28,7 +27,7 @@ function placesToSee(path) {
   });
 }
 
-// How much of the places an eye there sees past the obstacles.
+// The weight of the positions that are visible from a viewpoint past the obstacles.
 function seenFrom(eye, places, things) {
   const look = new THREE.Raycaster();
   return places.reduce((sum, { place, weight }) => {
@@ -41,7 +40,7 @@ function seenFrom(eye, places, things) {
 
 const FRONT = -0.974, LOW = 0.337, TURN = Math.PI / 6; // from the front right, a little above
 
-// From where most of the way is seen: from the front right where several are as good, else as near to that as can be.
+// The direction with the most visible path; among equal ones the nearest to the front right.
 function bestDirection(distance, target) {
   const places = placesToSee(shownPath()), things = data.obstacles.map((_, k) => group(obstaclePath(k)));
   let best = { seen: -1 };
@@ -57,8 +56,8 @@ function bestDirection(distance, target) {
   return best.ahead;
 }
 
-// Robot and path fill the free part of the window; seen from where it was seen, or at first from where start, goal and
-// path are. Each round centres the outermost points as they are seen, and comes as near as they allow.
+// Fit robot and path into the free part of the window, from the same direction or at first from the best one. Each round
+// centres the projected outermost points, and moves as near as they allow.
 function lookAtAll(ahead = null) {
   const free = freeArea(), camera = viewer.camera;
   camera.fov = 36; // a longer lens than the viewer's own: less distortion
@@ -83,7 +82,7 @@ function lookAtAll(ahead = null) {
   centreView();
 }
 
-// After the free part has changed: from the same side, unless the camera was moved by hand.
+// Fit after a change of the free part, unless the user moved the camera.
 function fitAgain() {
   if (moved) centreView();
   else lookAtAll(viewer.camera.position.clone().sub(viewer.controls.target).normalize());

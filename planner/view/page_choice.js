@@ -1,13 +1,13 @@
-// All paths in the plane of their two costs, and a second path beside the one that is shown, with a robot of its own.
+// All paths in the plane of their two costs, and a second path with its own robot next to the shown one.
 
 const COLOURS = { shown: 0xd9401a, other: 0x1565c0 };
 let compared = null; // number of the second path
 
 const otherPath = () => (compared === null || compared === current ? null : data.paths[compared]);
-const optimal = () => data.paths.filter((path) => path.interval).length; // these come first
+const optimal = () => data.paths.filter((path) => path.interval).length; // sorted first
 
 function pathName(k) {
-  const { interval, name } = data.paths[k]; // no interval where there is one path and no trade-off
+  const { interval, name } = data.paths[k]; // a single path has no interval
   if (name) return name;
   return interval ? `path ${k + 1}, β ${betas(interval)}` : `path ${k + 1}`;
 }
@@ -16,13 +16,13 @@ function pathName(k) {
 
 const FRAME = { left: 40, right: 282, top: 8, bottom: 96 };
 
-const withCosts = () => data.paths.filter((path) => path.costs); // these come before one out of a file
+const withCosts = () => data.paths.filter((path) => path.costs); // sorted before the path of a file
 const tickOf = ({ low, high }, value) => value.toFixed(high > low ? Math.min(6, Math.max(2, 1 - Math.floor(Math.log10(high - low)))) : 2);
 
 function costScale(index, from, to) {
   const values = withCosts().map((path) => path.costs[index]);
-  const low = Math.min(...values), high = Math.max(...values), room = 0.08 * (high - low) || 0.1;
-  return { low, high, at: (value) => from + ((value - low + room) / (high - low + 2 * room)) * (to - from) };
+  const low = Math.min(...values), high = Math.max(...values), pad = 0.08 * (high - low) || 0.1;
+  return { low, high, at: (value) => from + ((value - low + pad) / (high - low + 2 * pad)) * (to - from) };
 }
 
 function words(x, y, text, anchor) {
@@ -43,7 +43,7 @@ function drawCosts() {
   element("costs").replaceChildren(axes, side, ...numbers, ...marks);
 }
 
-// A dot for a path; it is a button.
+// A dot per path, as a button.
 function costMark(k, x, y) {
   const mark = vector("g", { class: "dot", transform: `translate(${x} ${y})`, tabindex: 0, role: "button",
     "aria-label": pathName(k) });
@@ -62,12 +62,12 @@ function markCosts() {
   });
 }
 
-// A row for each path of a sweep: what its betas buy and cost. Of the path that is shown the sentence too.
+// A row per path of a sweep: gain and price of its betas, and the sentence on the shown path.
 function drawChoices() {
   const { choice } = shownPath(), share = (part) => (part === null ? "" : percent(part)), all = data.paths.map((path, k) => [path, k]);
   element("buys").textContent = !choice ? "" : choice.gain || choice.added_length
-    ? `${choice.buys.replace("beta", "β")}${choice.knee ? ". This is the knee: beyond it more length buys less." : ""}`
-    : choice.buys && `β ${choice.beta}: the shortest path, without any of the gain in w`;
+    ? `${choice.buys.replace("beta", "β")}${choice.knee ? ". This is the knee: beyond it additional length gains less." : ""}`
+    : choice.buys && `β ${choice.beta}: the shortest path, without a gain in w`;
   const rows = all.filter(([path]) => path.choice && path.interval).map(([path, k]) => {
     const { w_min: w, duration, clearance, gain, added_length: added, knee } = path.choice, none = "–", row = document.createElement("tr");
     const [low, high] = path.interval.map((beta) => String(Number(beta.toFixed(3))));
@@ -93,7 +93,7 @@ const ghost = new THREE.Group();
 ghost.visible = false;
 viewer.scene.add(ghost);
 
-// Copies of the links as they are seen, in one colour; the base stands where it stands.
+// Copies of the links in one colour; the base is shared.
 function makeGhost() {
   const look = new THREE.MeshPhongMaterial({ color: COLOURS.other, opacity: 0.35, transparent: true, depthWrite: false });
   data.chain.parent.forEach((_, j) => {

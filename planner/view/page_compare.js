@@ -1,8 +1,8 @@
-// A second plan out of a file: its path, its curves and its numbers beside the ones that are shown.
+// A second plan, from a file: its path, curves and numbers next to the shown ones.
 
 const STEP_OF_JOINT = 1e-5; // rad, m: of central differences
 
-// The columns of the tool's Jacobian: how it moves and turns with each joint, as the page places it.
+// The columns of the tool's Jacobian, by differences of the page's own kinematics.
 function jacobianAt(q) {
   return q.map((_, j) => {
     const [ahead, behind] = [1, -1].map((sign) => placements(q.map((value, i) => value + (i === j ? sign * STEP_OF_JOINT : 0))));
@@ -27,12 +27,12 @@ function manipulabilityAt(q) {
   }, 1);
 }
 
-// The path of a plan.json as the page has its own; OptionError-like sentences where it cannot be shown here.
+// The path of a plan.json in the page's form; an error explains why a path cannot be shown.
 function pathOfRecord(record, name) {
   const { path, joints, cost, clearance, trajectory, path_length: length } = record;
-  if (!path?.length || !Array.isArray(joints)) throw new Error("this is no plan.json with a path.");
-  if (data.measure !== "yoshikawa") throw new Error(`this page measures ${data.measure} in place of w, which no plan.json holds along its path.`);
-  if (joints.join() !== data.joints.names.join()) throw new Error(`its joints are ${joints.join(", ")}: open a plan of the same joints.`);
+  if (!path?.length || !Array.isArray(joints)) throw new Error("the file must be a plan.json with a path.");
+  if (data.measure !== "yoshikawa") throw new Error(`the page must measure w, got ${data.measure}, which a plan.json does not hold.`);
+  if (joints.join() !== data.joints.names.join()) throw new Error(`its joints must be ${data.joints.names.join(", ")}, got ${joints.join(", ")}.`);
   const steps = path.slice(1).map((q, k) => Math.hypot(...q.map((value, j) => value - path[k][j])));
   const along = steps.reduce((sums, step) => [...sums, sums.at(-1) + step], [0]), total = along.at(-1);
   const made = { name, waypoints: path, shares: along.map((sum) => sum / (total || 1)), length: total, seconds: Math.max(2, 0.8 * total) };
@@ -49,16 +49,16 @@ function pathOfRecord(record, name) {
 }
 
 async function compareWithFile() {
-  const [file] = element("file").files, said = element("file-said");
+  const [file] = element("file").files, message = element("file-message");
   element("file").value = "";
   try {
     const path = pathOfRecord(JSON.parse(await file.text()), file.name), k = data.paths.push(path) - 1;
     drawWay(path, k);
     element("choice").hidden = false;
     element("compare").append(new Option(path.name, k, true, true));
-    said.textContent = "";
+    message.textContent = "";
     compareWith(k);
   } catch (error) {
-    said.textContent = `${file.name} cannot be shown beside this: ${error.message}`;
+    message.textContent = `${file.name} cannot be compared: ${error.message}`;
   }
 }

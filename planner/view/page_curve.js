@@ -1,14 +1,14 @@
-// The curve of w under the player, with its axes, the floor that was asked for and the worst points.
+// The curve of w under the player, with its axes, the requested floor and the worst points.
 
-let curveY = (w) => w; // from w to the drawing's height, 0 at the top to 100
+let curveY = (w) => w; // from w to a height in the drawing, 0 (top) to 100
 
-// One, two or five times a power of ten, of which two to five make up `high`.
+// One, two or five times a power of ten: two to five steps up to `high`.
 function niceStep(high) {
   const raw = high / 2, decade = Math.pow(10, Math.floor(Math.log10(raw)));
   return decade * (raw >= 5 * decade ? 5 : raw >= 2 * decade ? 2 : 1);
 }
 
-// As many digits as the step between two of them has.
+// A value with as many digits as its step.
 const tick = (value, step) => (step < 1e-4 ? value.toExponential(0) : value.toFixed(Math.max(0, -Math.floor(Math.log10(step) + 1e-9))));
 
 function label(text, place, side, className = "") {
@@ -41,7 +41,7 @@ const curveLine = (w) => w.map((value, k) => `${((1000 * k) / (w.length - 1)).to
 
 function drawCurve(path, other) {
   const shown = other ? [path, other] : [path];
-  const high = 1.1 * Math.max(...shown.flatMap((each) => each.w), data.floor, 1e-9); // room above a curve that is constant
+  const high = 1.1 * Math.max(...shown.flatMap((each) => each.w), data.floor, 1e-9); // leaves space above a constant curve
   curveY = (w) => 98 - (94 * w) / high;
   const piece = (name, way) => vector("path", { class: name, d: way });
   const worst = path.worst.map((point) => `M${(1000 * point.share).toFixed(1)} ${curveY(point.w).toFixed(2)}h0.01`);

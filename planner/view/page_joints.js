@@ -1,4 +1,4 @@
-// The joints against their limits: a row a joint, a line along the path in a frame whose edges are the limits.
+// The joints and their limits: a row per joint, with its curve in a frame from limit to limit.
 
 const short2 = (value) => value.toFixed(2).replace("-", "−");
 
@@ -9,15 +9,15 @@ function vector(name, attributes, ...children) {
   return made;
 }
 
-// What the frame of a joint spans: its limits, or where it turns freely what the shown paths need.
+// The range of a joint's frame: its limits, or for a continuous joint the range of the paths.
 function jointSpan(j) {
   if (!data.joints.free[j]) return [data.joints.lower[j], data.joints.upper[j]];
   const values = data.paths.flatMap((path) => path.waypoints.map((q) => q[j]));
-  const low = Math.min(...values), high = Math.max(...values), room = 0.1 * (high - low) + 0.1;
-  return [low - room, high + room];
+  const low = Math.min(...values), high = Math.max(...values), pad = 0.1 * (high - low) + 0.1;
+  return [low - pad, high + pad];
 }
 
-// The way of one joint, from the left to the right, in a frame of 100 x 100; a state is one stroke from limit to limit.
+// The curve of one joint in a frame of 100 x 100; a single state is a stroke.
 function jointCurve(path, j) {
   const [low, high] = jointSpan(j);
   const place = (value) => (100 * (value - low)) / (high - low);
@@ -25,23 +25,23 @@ function jointCurve(path, j) {
   return "M" + path.waypoints.map((q, k) => `${(100 * path.shares[k]).toFixed(2)} ${(100 - place(q[j])).toFixed(2)}`).join("L");
 }
 
-// The joint that comes nearest to a limit, or goes farthest beyond: between waypoints no joint is nearer than at one.
+// The joint nearest to a limit, or farthest beyond one: its extreme is at a waypoint.
 function nearestLimit(path) {
   let nearest = null;
   path.waypoints.forEach((q, row) => q.forEach((value, j) => {
-    const room = Math.min(value - data.joints.lower[j], data.joints.upper[j] - value);
-    if (!data.joints.free[j] && (!nearest || room < nearest.room)) nearest = { room, j, share: path.shares[row] };
+    const slack = Math.min(value - data.joints.lower[j], data.joints.upper[j] - value);
+    if (!data.joints.free[j] && (!nearest || slack < nearest.slack)) nearest = { slack, j, share: path.shares[row] };
   }));
   return nearest;
 }
 
 function limitText(path) {
   const nearest = nearestLimit(path);
-  if (!nearest) return "every joint turns freely";
-  const { room, j, share } = nearest;
+  if (!nearest) return "no joint has a limit";
+  const { slack, j, share } = nearest;
   const where = path.waypoints.length > 1 ? ` at ${moment(path, share)}${path.motion ? "" : " of the way"}` : "";
-  const much = `${Math.abs(room).toFixed(Math.abs(room) < 0.01 ? 4 : 2)} ${data.joints.unit[j]}`;
-  return room < 0 ? `${data.joints.names[j]} is ${much} beyond its limit${where}`
+  const much = `${Math.abs(slack).toFixed(Math.abs(slack) < 0.01 ? 4 : 2)} ${data.joints.unit[j]}`;
+  return slack < 0 ? `${data.joints.names[j]} is ${much} beyond its limit${where}`
     : `${data.joints.names[j]} is nearest to a limit: ${much}${where}`;
 }
 
@@ -57,7 +57,7 @@ function drawJoints(path, other) {
       class: data.joints.free[j] ? "free" : still ? "still" : "" }, ...lines));
     value.className = "value";
     const [low, high] = jointSpan(j);
-    limits.textContent = data.joints.free[j] ? "turns freely" : low === -high ? `± ${short2(high)}` : `${short2(low)}…${short2(high)}`;
+    limits.textContent = data.joints.free[j] ? "no limit" : low === -high ? `± ${short2(high)}` : `${short2(low)}…${short2(high)}`;
     if (data.wrong.includes(name)) row.className = "wrong";
     return row;
   });

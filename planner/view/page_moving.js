@@ -1,8 +1,8 @@
-// Obstacles that move along known motions: where they are at the moment that the time bar shows.
+// Moving obstacles, placed at the time of the time bar.
 
 const WHOLE = new THREE.Vector3(1, 1, 1);
 
-// On a line and about one axis between two poses, as planner.world.moving has it; still before the first and after the last.
+// Interpolation on a line and about one axis, as in planner.robot.moving; at rest before the first and after the last pose.
 function poseAt(item, seconds) {
   const last = item.times.length - 1;
   let k = 0;

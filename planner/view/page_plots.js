@@ -1,18 +1,18 @@
-// Curves over time, or along the path where it has no times, each with its unit and the limit that comes nearest.
-// Where the pointer is over them, the robot is shown at that moment, and the legends hold the values there.
+// Curves over time, or along a path without times, each with its unit and its nearest limit. The robot and the values in
+// the legends follow the pointer.
 
 const JOINT_COLOURS = ["#3b7dd8", "#e0582f", "#2ca25f", "#a35fc0", "#c9952b", "#17a2b8", "#d9467c", "#8a8f98"];
 const EVEN = Array.from({ length: 241 }, (_, k) => k / 240); // shares of the way
-const HEIGHT = 120, LEFT = 44, TOP = 20, LINE = 13; // px: the frame, what is left of it and above, a line of the legend
-const MOST = 1e5; // condition numbers above are drawn as this
+const HEIGHT = 120, LEFT = 44, TOP = 20, LINE = 13; // px: the frame, its left and top margins, a line of the legend
+const MOST = 1e5; // largest condition number in the plot
 const hiddenJoints = new Set();
 
-// Of a motion in time the moment, of a path the share of the way.
+// The time in a motion, or the share of a path.
 const moment = (path, part) => (path.motion ? `${(part * path.motion.duration).toFixed(2)} s` : percent(part));
 const colour = (name) => getComputedStyle(root).getPropertyValue(`--${name}`).trim();
 const brief = (value) => (Number.isFinite(value) ? String(Number(value.toPrecision(3))).replace("-", "−") : "∞");
 
-// The joints' names without what all of them begin with.
+// The joints' names without their common prefix.
 const jointNames = (() => {
   const names = data.joints.names, [first] = names;
   let same = names.length > 1 ? [...first].findIndex((c, k) => names.some((name) => name[k] !== c)) : 0;
@@ -20,7 +20,7 @@ const jointNames = (() => {
   return names.map((name) => (/^\d*$/.test(name.slice(same)) ? `joint ${name.slice(same)}` : name.slice(same)));
 })();
 
-// The plots of a path: rows of values at even shares of the way, the limits of each row (null where there is none).
+// The plots of a path: rows of values at even shares, and the limits of each row (null for none).
 function plotsOf(path) {
   const { motion, clearance } = path, q = EVEN.map((share) => configurationAt(path, share)), { joints } = data;
   const [unit, none] = [[...new Set(joints.unit)].join(", "), [null, null]];
@@ -38,17 +38,17 @@ function plotsOf(path) {
   return plots.map((plot) => ({ limits: [none], ...plot, names: plot.rows.length > 1 || plot.key === "q" ? jointNames : [plot.title] }));
 }
 
-// The limit that a visible row comes nearest to, of what lies between its limits.
+// The nearest limit of a visible row, relative to its range.
 function activeLimit(plot, visible) {
   const found = visible.flatMap((k) => plot.limits[k].map((limit, side) => {
     if (limit === null) return null;
-    const nearest = side ? limit - Math.max(...plot.rows[k]) : Math.min(...plot.rows[k]) - limit;
-    return { k, limit, room: nearest / (plot.limits[k][1] - plot.limits[k][0] || 1) };
+    const gap = side ? limit - Math.max(...plot.rows[k]) : Math.min(...plot.rows[k]) - limit;
+    return { k, limit, slack: gap / (plot.limits[k][1] - plot.limits[k][0] || 1) };
   })).filter(Boolean);
-  return found.reduce((best, each) => (!best || each.room < best.room ? each : best), null);
+  return found.reduce((best, each) => (!best || each.slack < best.slack ? each : best), null);
 }
 
-// Round values between two with their words, some four of them; of a logarithmic scale, powers of ten.
+// About four round values in a range with their labels; powers of ten on a logarithmic scale.
 function ticksBetween(low, high, log) {
   const step = log ? 1 : niceStep((high - low) / 1.6), first = Math.ceil(low / step);
   const values = Array.from({ length: Math.floor(high / step) - first + 1 }, (_, k) => (first + k) * step);
@@ -58,15 +58,15 @@ function ticksBetween(low, high, log) {
 function drawPlot(path, plot, other, width) {
   const right = width - 8, bottom = TOP + HEIGHT, many = plot.names.length > 1;
   const visible = plot.rows.map((_, k) => k).filter((k) => !(many && hiddenJoints.has(k)));
-  const active = activeLimit(plot, visible), beside = other && plotsOf(other).find(({ key }) => key === plot.key);
-  const raw = visible.flatMap((k) => [...plot.rows[k], ...(beside ? beside.rows[k] : [])]).map((value) => value ?? Infinity);
+  const active = activeLimit(plot, visible), second = other && plotsOf(other).find(({ key }) => key === plot.key);
+  const raw = visible.flatMap((k) => [...plot.rows[k], ...(second ? second.rows[k] : [])]).map((value) => value ?? Infinity);
   const log = plot.wide && Math.max(...raw) > 10 * Math.min(...raw), cut = log && Math.max(...raw) > MOST;
   const scaled = (value) => (log ? Math.log10(Math.min(value ?? MOST, MOST)) : value), values = raw.map((value) => scaled(value));
   if (active) values.push(active.limit);
   if (plot.zero) values.push(0);
   let low = values.length ? Math.min(...values) : 0, high = values.length ? Math.max(...values) : 1;
-  const room = 0.1 * (high - low) || 0.1 * Math.abs(high) || 0.1; // so that no curve lies on the frame
-  [low, high] = [low - room, high + room];
+  const pad = 0.1 * (high - low) || 0.1 * Math.abs(high) || 0.1; // keeps curves off the frame
+  [low, high] = [low - pad, high + pad];
   const x = (part) => LEFT + part * (right - LEFT), y = (value) => bottom - (HEIGHT * (value - low)) / (high - low);
   const line = (row) => "M" + row.map((value, k) => `${x(k / (row.length - 1)).toFixed(1)} ${y(scaled(value)).toFixed(1)}`).join("L");
   const stroke = (d, ink, more = {}) => vector("path", { d, fill: "none", stroke: ink, "stroke-width": 1.4, ...more });
@@ -80,13 +80,13 @@ function drawPlot(path, plot, other, width) {
   }
   pieces.push(vector("rect", { x: LEFT, y: TOP, width: right - LEFT, height: HEIGHT, fill: "none", stroke: colour("frame") }));
   for (const part of [0, 0.5, 1]) pieces.push(text(x(part), bottom + 12, moment(path, part), { "text-anchor": ["start", "middle", "end"][2 * part] }));
-  for (const k of beside ? visible : []) pieces.push(stroke(line(beside.rows[k]), many ? colourOf(k) : colour("other"), { "stroke-dasharray": "4 3" }));
+  for (const k of second ? visible : []) pieces.push(stroke(line(second.rows[k]), many ? colourOf(k) : colour("other"), { "stroke-dasharray": "4 3" }));
   for (const k of visible) pieces.push(stroke(line(plot.rows[k]), colourOf(k), { class: "way" }));
   pieces.push(stroke("", colour("shown"), { class: "here" }));
-  const longest = Math.max(...plot.names.map((name) => name.length)) + 7; // letters of a name and a value
+  const longest = Math.max(...plot.names.map((name) => name.length)) + 7; // characters of a name and a value
   const columns = many ? Math.min(4, Math.max(1, Math.floor((right - LEFT) / (16 + 5.4 * longest)))) : 2, last = plot.names.length - 1;
   const placeOf = (k) => ({ left: LEFT + ((right - LEFT) / columns) * (k % columns), top: bottom + 26 + LINE * Math.floor(k / columns) });
-  const wide = active && (last + 1) % columns > columns - 2 ? last + 1 + columns - ((last + 1) % columns) : last + 1; // it needs two columns
+  const wide = active && (last + 1) % columns > columns - 2 ? last + 1 + columns - ((last + 1) % columns) : last + 1; // two columns wide
   const height = placeOf(active ? wide : last).top + 8;
   if (active) {
     const { left, top } = placeOf(wide), words = `limit ${many ? `${plot.names[active.k]} ` : ""}${brief(active.limit)}`;
@@ -103,7 +103,7 @@ function drawPlot(path, plot, other, width) {
     }
     pieces.push(entry);
   });
-  plot.least = log ? 0 : 1e-3 * (high - low); // less is nothing in a legend
+  plot.least = log ? 0 : 1e-3 * (high - low); // smaller values are 0 in a legend
   const size = { width, height, viewBox: `0 0 ${width} ${height}`, "font-family": "system-ui, sans-serif", "font-size": 10 };
   return vector("svg", { ...size, role: "img", "aria-label": plot.title }, ...pieces);
 }
@@ -113,7 +113,7 @@ function drawPlots(path, other) {
   panel.hidden = root.dataset.plots !== "true" || path.waypoints.length < 2;
   panel.replaceChildren();
   if (panel.hidden) return;
-  if (other) panel.append(Object.assign(document.createElement("p"), { textContent: `dashed: ${pathName(data.paths.indexOf(other))}, at the same shares of its own way` }));
+  if (other) panel.append(Object.assign(document.createElement("p"), { textContent: `dashed: ${pathName(data.paths.indexOf(other))}, at the same shares of its path` }));
   for (const plot of plotsOf(path)) {
     const frame = document.createElement("div"), made = drawPlot(path, plot, other, panel.clientWidth - 28);
     const png = Object.assign(document.createElement("button"), { textContent: "PNG", onclick: () => savePicture(plot.key, made) });
@@ -125,7 +125,7 @@ function drawPlots(path, other) {
   markMoment();
 }
 
-// The line of the moment, and in each legend the values there.
+// The line at the current moment, and the values in each legend.
 function markMoment() {
   for (const { plot, lastChild } of element("plots").querySelectorAll("div")) {
     const at = LEFT + share * (lastChild.viewBox.baseVal.width - 8 - LEFT), single = plot.names.length === 1;
@@ -155,7 +155,7 @@ function csvOf(path, plot) {
   return [head, ...lines].map((cells) => cells.join(",")).join("\n") + "\n";
 }
 
-// Twice as many pixels as on the screen, on the panel's colour.
+// Twice the screen's resolution, on the panel's colour.
 async function savePicture(key, made) {
   const { width, height } = made.viewBox.baseVal, picture = new Image(), canvas = document.createElement("canvas");
   picture.src = `data:image/svg+xml;charset=utf-8,${encodeURIComponent(new XMLSerializer().serializeToString(made))}`;

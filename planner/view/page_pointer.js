@@ -1,8 +1,8 @@
-// What the pointer is on: obstacles, links and nodes by name; obstacles marked from the list.
+// Names of obstacles, links and nodes at the pointer; marks of obstacles in the list.
 
 const ray = new THREE.Raycaster();
 ray.params.Points.threshold = 0.012; // m
-const named = new Map(); // the viewer's group of an object -> what it is called
+const named = new Map(); // the viewer's group of an object -> its name
 let marked = null;
 
 function objectsToPick() {
@@ -20,7 +20,7 @@ function nodeText(k) {
   return [...cells, `component ${data.roadmap.component[k]}`].join("\n");
 }
 
-// The name of the nearest thing under a place of the window, or null.
+// The name of the nearest object at a position in the window, or null.
 function nameAt(x, y) {
   const place = new THREE.Vector2((2 * x) / innerWidth - 1, 1 - (2 * y) / innerHeight);
   ray.setFromCamera(place, viewer.camera);
@@ -42,7 +42,7 @@ function showTip(event) {
   tip.style.top = `${Math.min(event.clientY + 12, innerHeight - tip.offsetHeight - 4)}px`;
 }
 
-// What moves stands last in the list.
+// Moving obstacles are last in the list.
 function obstaclePath(k) {
   const standing = data.obstacles.length - data.moving.length;
   return k < standing ? `obstacles/${k}` : `moving/${k - standing}/shape`;

@@ -1,4 +1,4 @@
-// The roadmap's colours: manipulability, cost-to-go of the path that is shown, or component.
+// The roadmap's colours: manipulability, cost-to-go of the shown path, or component.
 
 const PALETTE = ["#0072b2", "#e69f00", "#009e73", "#cc79a7", "#56b4e9", "#d55e00", "#8a8f00", "#4b4b4b"];
 const GREY = [0.6, 0.6, 0.6];
@@ -18,10 +18,10 @@ function componentSizes() {
   return [...counts].sort((a, b) => b[1] - a[1]);
 }
 
-// A path of no beta has no field of its own: the one of the slider's beta stays.
+// A path without a beta has no cost-to-go: that of the slider's beta applies.
 const costField = (path) => path.cost || (data.paths[0].cost ? data.paths[atBeta()].cost : data.cost);
 
-// One colouring: a colour a node, and what the legend says of it.
+// One colouring: a colour per node, and its legend.
 function colouring(choice, path) {
   if (choice === "component") {
     const sizes = componentSizes();

@@ -1,5 +1,5 @@
 "use strict";
-// The viewer, and where a configuration puts the robot in it: forward kinematics as planner.kinematics.forward has it.
+// The viewer, and the robot at a configuration: forward kinematics as in planner.kinematics.forward.
 
 const THREE = MeshCat.THREE;
 const viewer = new MeshCat.Viewer(element("viewer"));
@@ -46,7 +46,7 @@ function toolPosition(frames) {
   return plus(frames[parent].position, turned(frames[parent].rotation, offset));
 }
 
-// Column-major, as three.js and meshcat's set_transform take it.
+// Column-major, as three.js and meshcat's set_transform expect.
 const columns = (r, p) => [r[0], r[3], r[6], 0, r[1], r[4], r[7], 0, r[2], r[5], r[8], 0, p[0], p[1], p[2], 1];
 
 // The configuration at a share in [0, 1] of a path's joint motion.
@@ -60,7 +60,7 @@ function configurationAt(path, share) {
   return a.map((value, j) => value + part * (b[j] - value));
 }
 
-// Samples stand at even shares of the motion; a straight line in between.
+// Linear interpolation of samples at even shares of the motion.
 function sampleAt(samples, share) {
   const place = share * (samples.length - 1);
   const k = Math.min(Math.floor(place), samples.length - 2);
@@ -69,7 +69,7 @@ function sampleAt(samples, share) {
   return Array.isArray(a) ? a.map((value, i) => mix(value, b[i])) : mix(a, b);
 }
 
-// The ellipsoid's scale: a round number of metres for 1 m/s, such that the largest is a fair part of the picture.
+// The ellipsoid's scale: a round number of metres per 1 m/s that suits the largest one.
 function ellipsoidScale() {
   const lengths = data.paths.flatMap((path) => path.ellipsoids.map((s) => Math.hypot(...s.slice(0, 3))));
   const wanted = (0.35 * data.radius) / Math.max(...lengths, 1e-9);
@@ -98,16 +98,16 @@ function placeLinks(q) {
 function placeRobot(path, share) {
   const frames = placeLinks(configurationAt(path, share));
   const [xx, yy, zz, xy, xz, yz] = sampleAt(path.ellipsoids, share);
-  const flat = 1e-3; // a singular direction is drawn thin, not with no thickness at all
+  const flat = 1e-3; // a singular direction is thin, but visible
   const rows = [xx + flat, xy, xz, xy, yy + flat, yz, xz, yz, zz + flat].map((value) => scale * value);
   ellipsoid.matrix.fromArray(columns(rows, toolPosition(frames)));
   ellipsoid.matrixWorldNeedsUpdate = true;
   viewer.set_dirty();
 }
 
-// The tool's way along a path as a tube.
+// The tool's path as a tube.
 function drawWay(path, k) {
-  const count = Math.max(240, Math.ceil(path.length / 0.08)); // rad: as far apart the tool leaves the chord by less than the tube's radius
+  const count = Math.max(240, Math.ceil(path.length / 0.08)); // 0.08 rad: the tool leaves the chord by less than the tube's radius
   const points = Array.from({ length: count + 1 }, (_, i) => new THREE.Vector3(...toolPosition(placements(configurationAt(path, i / count)))));
   const tube = new THREE.TubeGeometry(new THREE.CatmullRomCurve3(points), count, 0.006 * data.marks, 8);
   viewer.set_object(["meshcat", "paths", String(k)], new THREE.Mesh(tube, new THREE.MeshPhongMaterial({ color: COLOURS.shown })));

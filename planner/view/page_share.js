@@ -1,8 +1,8 @@
-// What can be taken away: the address with beta, time and camera in its hash, the command, and a light or a dark page.
+// Sharing: an address with beta, time and camera in its hash, the command; and the light or dark theme.
 
 const DARK = { top_color: [0.13, 0.15, 0.19], bottom_color: [0.07, 0.08, 0.1] }, LIGHT = { top_color: [0.95, 0.96, 0.98], bottom_color: [0.82, 0.85, 0.89] };
 const prefersDark = matchMedia("(prefers-color-scheme: dark)");
-let moved = false; // whether the camera was moved by hand
+let moved = false; // whether the user moved the camera
 let waiting = 0;
 
 const inHash = () => Object.fromEntries(location.hash.slice(1).split("&").map((part) => part.split("=")).filter((pair) => pair.length === 2));
@@ -17,11 +17,11 @@ function hashNow() {
   return `#${parts.join("&")}`;
 }
 
-// A little later, and not at every picture of a motion: browsers allow few changes a second.
+// Delayed, and not per frame of a motion: browsers limit changes per second.
 function remember() {
   clearTimeout(waiting);
   if (root.dataset.ready && !playing) waiting = setTimeout(() => {
-    try { history.replaceState(null, "", hashNow()); } catch { /* in a notebook's frame the address cannot be changed */ }
+    try { history.replaceState(null, "", hashNow()); } catch { /* a notebook's frame has a fixed address */ }
   }, 200);
 }
 
@@ -49,7 +49,7 @@ function setTheme(theme) {
   drawPlots(shownPath(), otherPath());
 }
 
-// The command that makes a path: the plan's own, or another of its roadmap or its sweep.
+// The command for a path: the plan's own, or one for another path of its roadmap or sweep.
 function commandOf(k) {
   const beta = data.paths[k].choice?.beta ?? Number(Number(element("beta").value).toFixed(6));
   const folder = `'${decodeURIComponent(location.pathname).replace(/\/[^/]*$/, "").replace(/'/g, "'\\''")}'`;
@@ -63,7 +63,7 @@ function commandOf(k) {
 async function copyCommand() {
   element("command").textContent = commandOf(current);
   element("command").hidden = false;
-  getSelection().selectAllChildren(element("command")); // so that it can be copied by hand where it may not be here
+  getSelection().selectAllChildren(element("command")); // for copying by hand if the browser forbids it here
   const done = await navigator.clipboard?.writeText(element("command").textContent).then(() => true, () => false);
   element("copy").textContent = done ? "copied" : "copy command";
   setTimeout(() => { element("copy").textContent = "copy command"; }, 1500);

@@ -1,7 +1,7 @@
-// What counts first: how it ended, warnings, duration, the lowest w on a gauge, clearance, and the nearest limit.
+// The summary: outcome, warnings, duration, the lowest w on a gauge, clearance, and the nearest limit.
 
-const { gauge } = data; // w that is typical of the roadmap, the largest, and where bands end; null without a roadmap
-const LEAST = 1e-3; // the share of the typical w at which the gauge begins
+const { gauge } = data; // typical and largest w of the roadmap, and the ends of the bands; null without a roadmap
+const LEAST = 1e-3; // start of the gauge, as a share of the typical w
 
 const bandOf = (w) => (gauge ? (gauge.bands.find(([, end]) => w < end) || ["good"])[0] : "");
 const shareOf = (w) => `${Number(((100 * w) / gauge.typical).toPrecision(2))} %`;
@@ -9,7 +9,7 @@ const ofTypical = (w) => `${shareOf(w)} of the roadmap's median`;
 const whereAt = (path, part) => `at ${moment(path, part)}${path.motion ? "" : " of the way"}`;
 const millimetres = (metres) => `${(1000 * metres).toFixed(metres < 0.0995 ? 1 : 0)} mm`;
 
-// The smallest clearance that is known of a path, with the share of the way where that is known too.
+// The smallest known clearance of a path, and its share of the path if that is known.
 function clearanceOf({ nearest, motion, choice, clearance }) {
   if (nearest) return { ...nearest, share: motion ? (nearest.at - motion.begin) / motion.duration : nearest.at };
   if (choice && choice.clearance !== null) return { min: choice.clearance };
@@ -18,25 +18,25 @@ function clearanceOf({ nearest, motion, choice, clearance }) {
   return { min, share: clearance.indexOf(min) / (clearance.length - 1) };
 }
 
-// The four facts of a path: a name, a value, a note, the share of the way that it leads to, and how good it is.
+// The four facts of a path: name, value, note, the share of the path to go to, and a rating.
 function factsOf(path) {
   const { w, share } = path.worst[0], near = clearanceOf(path), limit = nearestLimit(path);
   const seconds = path.motion ? path.motion.duration : path.choice?.duration;
-  const proof = path.motion?.proven ? "proven free and within limits" : "not proven as a whole";
+  const proof = path.motion?.proven ? "proven free and within limits" : "not proven";
   return [
     ["duration", seconds ? `${seconds.toFixed(2)} s` : "no times", path.motion ? proof : seconds ? "" : "a path, not a motion"],
     ["lowest w", `${short(w)} ${data.unit}`, whereAt(path, share), share, bandOf(w)],
     ["clearance", near ? millimetres(near.min) : "not known", near?.pair ? near.pair.join(" – ") : "", near?.share],
-    ["nearest limit", limit ? `${short2(limit.room)} ${data.joints.unit[limit.j]}` : "none",
-      limit ? `${data.joints.names[limit.j]} ${whereAt(path, limit.share)}` : "", limit?.share, limit?.room < 0 ? "singular" : ""],
+    ["nearest limit", limit ? `${short2(limit.slack)} ${data.joints.unit[limit.j]}` : "none",
+      limit ? `${data.joints.names[limit.j]} ${whereAt(path, limit.share)}` : "", limit?.share, limit?.slack < 0 ? "singular" : ""],
   ];
 }
 
 function drawFacts(path, other) {
-  const beside = other ? factsOf(other) : [];
+  const others = other ? factsOf(other) : [];
   element("facts").replaceChildren(...factsOf(path).map(([name, value, note, share, level], k) => {
     const fact = document.createElement("button");
-    const parts = [["span", name], ["b", value], ...(other ? [["b", beside[k][1], "other"]] : []), ["small", note]];
+    const parts = [["span", name], ["b", value], ...(other ? [["b", others[k][1], "other"]] : []), ["small", note]];
     fact.append(...parts.map(([tag, text, className = ""]) => Object.assign(document.createElement(tag), { textContent: text, className })));
     fact.className = level || "";
     fact.title = note;
@@ -70,8 +70,7 @@ function drawGauge(path, other) {
     `${data.unit}. Below ${gauge.bands.map(([name, end]) => `${shareOf(end)}: ${name}`).join(", ")}.`;
 }
 
-// Sentences on a path's dangers, as Python found them of the plan's own and as they are seen of any, and on what is
-// assumed, which leaves the verdict as it is.
+// Warnings about a path: those of the plan, and those computed here; and mild ones about assumed limits.
 function warningsOf(path) {
   const own = path === data.paths[data.current] ? data.about.filter(([name]) => data.wrong.includes(name)).map(([, text]) => text) : [];
   const found = [], limit = nearestLimit(path), { w, share } = path.worst[0], moves = path.waypoints.length > 1;
@@ -79,10 +78,10 @@ function warningsOf(path) {
     if (bandOf(at) === "singular") found.push(`The ${name} is singular: w is ${short(at)} ${data.unit} there.`);
   const low = { singular: "The arm is singular", poor: "w is poor" }[bandOf(w)];
   if (moves && low && !found.length && !own.length) found.push(`${low} ${whereAt(path, share)}: w is ${ofTypical(w)}.`);
-  if (limit?.room < 0) found.push(`${limitText(path)}.`);
-  if (path.motion && !path.motion.proven) found.push("The motion is not proven as a whole to be free and within limits.");
+  if (limit?.slack < 0) found.push(`${limitText(path)}.`);
+  if (path.motion && !path.motion.proven) found.push("The motion is not proven free and within limits.");
   const assumed = Object.entries(path.motion?.limits?.source || {}).filter(([, source]) => source.startsWith("assumed")).map(([kind]) => kind);
-  const mild = assumed.length ? [`The limits on ${assumed.join(" and ")} are assumed: no file of the robot gives them.`] : [];
+  const mild = assumed.length ? [`The limits on ${assumed.join(" and ")} are assumed, as the robot's files have none.`] : [];
   return [[...found, ...own, ...data.notes.filter(([, grave]) => grave).map(([text]) => text)], mild];
 }
 

@@ -1,4 +1,4 @@
-"""A robot at one configuration, checked before anything is planned: contacts, distances, w and limits."""
+"""The report on a robot at one configuration: contacts, distances, w and limits."""
 
 from dataclasses import dataclass
 
@@ -18,10 +18,10 @@ from planner.view.page import Page
 
 @dataclass(frozen=True, eq=False)
 class StateReport:
-    """Everything that the page shows about a configuration ``q`` (dof,) in a scene.
+    """The report on a configuration ``q`` (dof,) in a scene.
 
-    ``contacts`` are all pairs no farther apart than the margin, ``clearance`` (m) is the distance of the nearest pair
-    that some joint can part, inf where no pair is checked. ``outside`` names joints beyond a limit, ``tool`` is in m.
+    ``contacts`` are all pairs within the margin, ``clearance`` (m) is the distance of the nearest pair that some joint
+    can part, inf if no pair is checked. ``outside`` names joints beyond a limit, ``tool`` is in m.
     """
 
     checker: CollisionChecker
@@ -34,7 +34,7 @@ class StateReport:
 
     @property
     def sentence(self) -> str:
-        """Whether the robot could be here, and if not why."""
+        """The verdict on the configuration, with the reasons against it."""
         problems = []
         for first in self.contacts[:1]:
             more = f" ({len(self.contacts)} pairs in all)" if len(self.contacts) > 1 else ""
@@ -44,11 +44,11 @@ class StateReport:
         if problems:
             return "; ".join(problems) + "."
         if self.clearance < SHOWN:
-            return f"Within limits, and no contact was found; but the clearance is {clearance_text(self.clearance)}."
+            return f"Within limits and without contact; but the clearance is {clearance_text(self.clearance)}."
         return "Free and within limits."
 
     def page(self) -> str:
-        """The page of the robot standing still; what touches is red."""
+        """Return the page of the robot at rest; bodies in contact are red."""
         robot, scene = self.checker.robot, self.checker.world.scene
         rows = [("contact", str(pair).replace("'", "")) for pair in self.contacts]
         if np.isfinite(self.clearance):
@@ -63,7 +63,7 @@ class StateReport:
 
 
 def inspect_state(checker: CollisionChecker, q: Floats) -> StateReport:
-    """Everything about the configuration ``q`` (dof,), which may touch anything and be out of any limit."""
+    """Return the report on the configuration ``q`` (dof,), which may touch anything and exceed any limit."""
     robot, beyond = checker.robot, beyond_limits(checker.robot, q) > 0
     return StateReport(
         checker,
@@ -77,7 +77,7 @@ def inspect_state(checker: CollisionChecker, q: Floats) -> StateReport:
 
 
 def _contacts(checker: CollisionChecker, q: Floats) -> tuple[Contact, ...]:
-    """Every checked pair that touches or is closer than the margin; the one that the checker finds first leads."""
+    """Return every checked pair within the margin; the checker's first one leads."""
     first = contact_at(checker, q)
     if first is None:
         return ()

@@ -56,7 +56,7 @@ def test_show_puts_the_page_into_the_cell(made: Plan, tradeoff: Tradeoff) -> Non
         assert html.unescape(cell.split('srcdoc="')[1].rsplit('"')[0]) == shown.html
         assert len(repr(shown)) < 50
     assert "height:400px" in cell
-    with pytest.raises(OptionError, match="holds no geometry"):
+    with pytest.raises(OptionError, match="checker must be of the roadmap's robot"):
         planner.show(made.roadmap)
     with pytest.raises(OptionError, match="grown with"):
         planner.show(made.roadmap, planner.make_checker(planner.Robot.load("ur5"), planner.Scene("none")))

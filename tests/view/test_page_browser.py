@@ -223,7 +223,7 @@ def test_a_moving_obstacle_is_shown_at_the_time_of_the_player(window: Tab, tmp_p
         there = cart.motion.at(share * found.trajectory.duration)[0] @ upright
         shown = pose(rpy=[np.pi / 2, 0, 0]) @ np.array(matrix).reshape(4, 4).T  # meshcat's world is y-up
         np.testing.assert_allclose(shown, there, atol=1e-6)
-    assert "the way of what moves" in text_content(window, "key")
+    assert "path of a moving obstacle" in text_content(window, "key")
     assert window.run("data.names['moving/0/shape']") == "cart"
     window.run("element('obstacles').querySelector('button').click()")
     assert window.run("root.dataset.marked") == "cart"

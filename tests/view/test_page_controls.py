@@ -217,7 +217,7 @@ def test_another_plan_is_drawn_over_this_one(
     count = tab.run("data.paths.length")
     choose_file(tab, tmp_path / "other" / "plan.json")
     assert dataset(tab, "compared") == str(count)
-    assert text(tab, "file-said") == ""
+    assert text(tab, "file-message") == ""
     assert tab.run(f"group('paths/{count}').visible && ghost.visible")
     assert tab.run("document.querySelectorAll('#plots [stroke-dasharray=\"4 3\"]').length") >= 1 + robot.dof
     assert "dashed: plan.json" in text(tab, "plots")
