@@ -41,10 +41,7 @@ UNFINISHED: set[str] = {
     "planner/serve/",
     "planner/session/",
     "planner/tasks/",
-    "planner/tool_paths/",
     "planner/tradeoff/",
-    "planner/trajectory/",
-    "planner/view/",
 }
 
 BANNED = re.compile(

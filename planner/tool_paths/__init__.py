@@ -1,1 +1,1 @@
-"""Tool paths: lines and arcs that the tool follows within a tube, over a ladder of inverse kinematics solutions."""
+"""Tool paths: lines and arcs of the tool in a tube, over a ladder of inverse kinematics solutions."""

@@ -186,7 +186,7 @@ def time_tool_path(
     def time_with(guide: ToolGuide) -> Trajectory:
         return time_curve(path, checker, limits, time_law, floor, guide=guide)[0]
 
-    def scale_speed(speeds: Floats) -> ToolGuide:
+    def scale_guide(speeds: Floats) -> ToolGuide:
         return replace(guide, fastest=guide.fastest * (speed or 0.0) / speeds.max() * _BELOW)
 
     motion = time_with(guide)
@@ -196,13 +196,13 @@ def time_tool_path(
     if (
         _share_at(travel, speeds, speeds.max()) > _PLATEAU and speeds.max() < speed * _BELOW
     ):  # a limit slows the whole motion down
-        guide = scale_speed(speeds)
+        guide = scale_guide(speeds)
         travel, speeds = _tool_speeds(motion := time_with(guide), checker.robot)
     for number in range(_ROUNDS + 1):
         if speeds.max() <= speed:
             break
         # slower where the tool is too fast; after some rounds slower everywhere
-        guide = guide.slow_down(travel, speeds / speed) if number < _ROUNDS else scale_speed(speeds)
+        guide = guide.slow_down(travel, speeds / speed) if number < _ROUNDS else scale_guide(speeds)
         travel, speeds = _tool_speeds(motion := time_with(guide), checker.robot)
     return motion, ToolSpeedRecord(asked=speed, largest=float(speeds.max()), share=_share_at(travel, speeds, speed))
 

@@ -123,7 +123,7 @@ class Tube:
         return self._largest_deviation(rotation, position, places)
 
     def deviation_of(self, motion: Trajectory, robot: Robot, along: Floats) -> Deviation:
-        """Return the largest deviation of a motion with rounded corners along a joint path at ``along`` (k,) m."""
+        """Return the largest deviation of a motion along a joint path at ``along`` (k,) m."""
         begin, end = motion.times[[0, -1]]
         times = np.union1d(motion.times, np.linspace(begin, end, _SAMPLES * len(along)))
         rotation, position = Frame.tool(robot).poses(robot, motion.at(times))

@@ -1,1 +1,1 @@
-"""Motions in time along a path: limits, time parametrization, proofs of the curve, files for controllers."""
+"""Motions in time along a path: limits, time laws, proofs, checks, and files for controllers."""

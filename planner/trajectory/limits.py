@@ -249,7 +249,7 @@ class _JointLimit(Strict):
     angle_wraparound: bool = False
 
     @pydantic.model_validator(mode="after")
-    def _require_announced(self) -> _JointLimit:
+    def _require_values(self) -> _JointLimit:
         """Raise if a limit is announced but missing."""
         rates = {kind: (f"max_{kind}",) for kind in ("velocity", "acceleration", "deceleration", "jerk")}
         bounds = {"position": ("min_position", "max_position"), "soft": ("soft_lower_limit", "soft_upper_limit")}
@@ -281,7 +281,7 @@ class _JointLimit(Strict):
             min((value for value in upper if value is not None), default=np.inf),
         )
 
-    def list_ignored(self, lower: float, upper: float) -> list[str]:
+    def list_unused_entries(self, lower: float, upper: float) -> list[str]:
         """Return the entries without effect on motions of a joint within ``lower`` and ``upper``."""
         low, high = self.bounds()
         gains = self.has_soft_limits and (self.k_position is not None or self.k_velocity is not None)
@@ -312,7 +312,7 @@ def _apply_file(limits: MotionLimits, path: StrPath, robot: Robot) -> tuple[Moti
     file = file.model_copy(update={"joint_limits": dict.fromkeys(missing, _JointLimit()) | file.joint_limits})
     _require_positions_within(file, robot, where)
     spans = zip(robot.joints, robot.lower, robot.upper, strict=True)
-    ignored = {entry: None for joint, *span in spans for entry in file.joint_limits[joint].list_ignored(*span)}
+    ignored = {entry: None for joint, *span in spans for entry in file.joint_limits[joint].list_unused_entries(*span)}
     note = f" ({choices(ignored)} ignored)" if ignored else ""
     note += f" (without {choices(missing)})" if missing else ""
     for kind in KINDS:

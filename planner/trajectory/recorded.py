@@ -171,7 +171,7 @@ def _unwrap(data: Any, notes: list[str], where: str) -> Any:
         if key is None:
             break
         inner = data[key] if isinstance(data[key], list) else [data[key]]
-        _require_known(data, (key, *_WRAPPERS[key]), where, "key")
+        _require_keys(data, (key, *_WRAPPERS[key]), where, "key")
         if len(inner) != 1:
             raise FileError(f"{where} must hold one trajectory, got {len(inner)}: give each in a file of its own.")
         for other in _SEVERAL:
@@ -189,7 +189,7 @@ def _from_own(file: TrajectoryFile, notes: list[str], robot: Robot, where: str) 
     joints = trajectory.joints
     columns = [_reorder(rows, joints, robot, where, file.robot) for rows in trajectory.columns]
     limits = trajectory.limits if joints == robot.joints else None
-    notes = [*notes, *([EVENTS] if trajectory.events else []), *_note_ignored(joints, robot)]
+    notes = [*notes, *([EVENTS] if trajectory.events else []), *_note_other_columns(joints, robot)]
     return replace(trajectory, joints=robot.joints, columns=tuple(columns), limits=limits, notes=tuple(notes))
 
 
@@ -213,7 +213,7 @@ def _from_message(message: _Message, notes: list[str], robot: Robot, where: str)
     kinds = ("positions", "velocities", "accelerations")
     rows = require_columns([[getattr(point, kind) for point in points] for kind in kinds], len(names), where)
     columns = [_reorder(each, names, robot, where) for each in rows]
-    notes += _note_ignored(names, robot)
+    notes += _note_other_columns(names, robot)
     return trajectory_from_points(robot.joints, np.array(times, dtype=float), columns, where, notes=tuple(notes))
 
 
@@ -233,7 +233,7 @@ def _from_csv(text: str, robot: Robot, where: str) -> Floats | Trajectory:
         return _joint_path(matrix(table, where), None, [], robot, where)
     joints = (*robot.joints, *robot.fixed_joints)
     rates = [joint + ending for joint in joints for ending in ENDINGS]
-    _require_known(names, (TIME, *joints, *rates), where, "column")
+    _require_keys(names, (TIME, *joints, *rates), where, "column")
     if twice := find_duplicates(names):
         raise FileError(f"{where}: columns must differ, got {choices(twice)} twice: leave one of them.")
     rows = matrix(table, where, len(names))
@@ -251,7 +251,7 @@ def _from_csv(text: str, robot: Robot, where: str) -> Floats | Trajectory:
         raise FileError(f"{where}: accelerations must come with velocities, got none: give both, or neither.")
     ordered = [_reorder(np.array([*each.values()]).T, [*each], robot, where) for each in columns if each]
     return trajectory_from_points(
-        robot.joints, by_name[TIME], ordered, where, notes=tuple(_note_ignored([*columns[0]], robot))
+        robot.joints, by_name[TIME], ordered, where, notes=tuple(_note_other_columns([*columns[0]], robot))
     )
 
 
@@ -263,7 +263,7 @@ def _joint_path(
     Continuous joints are unwound: each step is below half a turn.
     """
     rows = _reorder(rows, names, robot, where, owner)
-    for note in (*notes, *_note_ignored(names, robot)):
+    for note in (*notes, *_note_other_columns(names, robot)):
         _log.warning("%s: %s", where, note)
     require_plausible(rows, robot, where)
     return frozen(np.where(robot.continuous, _unwind(rows, robot, where), rows))  # other joints to the last bit
@@ -324,7 +324,7 @@ def _reorder(rows: Floats, names: Sequence[str] | None, robot: Robot, where: str
     return rows[:, [names.index(joint) for joint in robot.joints]]
 
 
-def _note_ignored(names: Sequence[str] | None, robot: Robot) -> list[str]:
+def _note_other_columns(names: Sequence[str] | None, robot: Robot) -> list[str]:
     """Return a note on columns of joints that are not planned, if there are any."""
     others = [name for name in names or () if name not in robot.joints]
     if not others:
@@ -334,7 +334,7 @@ def _note_ignored(names: Sequence[str] | None, robot: Robot) -> list[str]:
     return [f"positions of {choices(others)} are ignored: {robot.name} does not plan these joints{reason}"]
 
 
-def _require_known(keys: Iterable[Any], known: Sequence[str], where: str, kind: str) -> None:
+def _require_keys(keys: Iterable[Any], known: Sequence[str], where: str, kind: str) -> None:
     """Raise :class:`FileError` for an unknown key: ignoring it might ignore something important."""
     for key in keys:
         if key not in known:

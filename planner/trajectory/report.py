@@ -1,4 +1,4 @@
-"""The report of a check: findings as data with a sentence each, and what was measured and proven of the motion."""
+"""The report of a check: findings with a sentence each, and the measures and proofs of a motion."""
 
 from __future__ import annotations
 

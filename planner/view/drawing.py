@@ -99,7 +99,7 @@ def draw_scene(canvas: Canvas, scene: Scene, touching: Collection[str] = ()) -> 
 
 
 def _colour_by_height(cloud: Obstacle) -> Floats:
-    """Return colours (n, 3) of the points of a cloud: blue where they are low in the world, over grey to yellow."""
+    """Return colours (n, 3) of the points of a cloud by height: blue, grey, yellow."""
     height = cloud.shape.vertices @ cloud.placement[2, :3]
     share = (height - height.min()) / max(float(np.ptp(height)), 1e-9)
     return np.stack([np.interp(share, [0.0, 0.5, 1.0], [low, 0.55, high]) for low, high in _HEIGHTS], axis=1)
@@ -120,7 +120,7 @@ def moving_data(scene: Scene) -> list[dict[str, Any]]:
     return motions
 
 
-def select_drawn(roadmap: Roadmap) -> tuple[Bools, Bools]:
+def select_part(roadmap: Roadmap) -> tuple[Bools, Bools]:
     """Return the nodes (n,) and edges (m,) that a page draws: at most ``MOST_EDGES`` edges and their ends."""
     n, m = len(roadmap.nodes), len(roadmap.edges)
     if m <= MOST_EDGES:
@@ -135,7 +135,7 @@ def select_drawn(roadmap: Roadmap) -> tuple[Bools, Bools]:
 def draw_roadmap(canvas: Canvas, roadmap: Roadmap, robot: Robot, drawn: tuple[Bools, Bools]) -> dict[str, Any]:
     """Draw the ``drawn`` nodes at their tool positions, the edges along the tool's path, starts and goals.
 
-    ``drawn`` is from :func:`select_drawn`. It returns the data of the colours: w, components and edges.
+    ``drawn`` is from :func:`select_part`. It returns the data of the colours: w, components and edges.
     """
     nodes, edges = drawn
     component = roadmap.components[nodes]

@@ -30,7 +30,7 @@ from planner.view.drawing import (
     extent,
     mark_scale,
     moving_data,
-    select_drawn,
+    select_part,
     swept_corners,
 )
 from planner.view.motion import ShownPath, chain_data, configurations_at, joint_data, motion_data, path_shares
@@ -109,7 +109,7 @@ class Page:
 
     def add_roadmap(self, roadmap: Roadmap, cost_to_go: Floats | None = None) -> None:
         """Draw a roadmap; ``cost_to_go`` (n,) colours its nodes for paths without their own."""
-        self._nodes, edges = select_drawn(roadmap)
+        self._nodes, edges = select_part(roadmap)
         self._data["roadmap"] = draw_roadmap(self.canvas, roadmap, self.robot, (self._nodes, edges))
         if not edges.all():
             self._data["about"].append(("drawn", f"{int(edges.sum())} of {len(edges)} edges, evenly chosen"))

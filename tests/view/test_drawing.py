@@ -22,7 +22,7 @@ from planner.view.drawing import (
     draw_scene,
     joint_matrices,
     moving_data,
-    select_drawn,
+    select_part,
 )
 from tests.view.test_canvas import unpacked
 from tests.worlds import load, make_post, post_roadmap, random_q
@@ -67,20 +67,20 @@ def test_a_moving_obstacle_is_drawn_at_its_start_with_its_path() -> None:
 
 def test_a_roadmap_is_drawn_at_its_tool_positions() -> None:
     canvas, roadmap = Canvas(), post_roadmap()
-    data = draw_roadmap(canvas, roadmap, ROBOT, select_drawn(roadmap))
+    data = draw_roadmap(canvas, roadmap, ROBOT, select_part(roadmap))
     assert paths(canvas, "set_object") == ["roadmap/nodes", "roadmap/edges", "start/0", "goal/0"]
     assert data["edges"] == roadmap.edges.tolist()
     assert data["w"] == pytest.approx(roadmap.manipulability.tolist(), abs=1e-7)
     nothing = replace(roadmap.part(np.ones(len(roadmap.nodes), bool), np.zeros(len(roadmap.edges), bool)))
     canvas = Canvas()
-    draw_roadmap(canvas, nothing, ROBOT, select_drawn(nothing))
+    draw_roadmap(canvas, nothing, ROBOT, select_part(nothing))
     assert "roadmap/edges" not in paths(canvas, "set_object")
 
 
 def test_a_large_roadmap_is_drawn_with_some_edges_their_ends_and_true_components(monkeypatch) -> None:
     monkeypatch.setattr(drawing, "MOST_EDGES", 5)
     canvas, roadmap = Canvas(), post_roadmap()
-    nodes, edges = select_drawn(roadmap)
+    nodes, edges = select_part(roadmap)
     assert edges.sum() == 5
     assert nodes[roadmap.edges[edges]].all()
     assert nodes[roadmap.starts].all()
