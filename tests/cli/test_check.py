@@ -48,7 +48,7 @@ def test_robot_and_scene_are_those_of_the_plan_next_to_the_file(
     assert (other["robot"], other["scene"], other["margin"]) == ("planar_2r", "window", 0.0)
     code, _, err = run("check", str(folder / "plan.json"), "--robot", "iiwa14")
     assert code == 3
-    assert "is for robot 'planar_2r', not 'iiwa14': choose it with --robot." in err
+    assert "must be for robot 'iiwa14', got 'planar_2r': choose it with --robot." in err
     (folder / "plan.json").write_text("{")
     assert run("check", str(folder / "path.csv"))[0] == 3
     assert run("check", str(folder / "path.csv"), *EMPTY)[0] == 0
