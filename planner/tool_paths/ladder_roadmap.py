@@ -167,18 +167,18 @@ def explain_stop(
         fields |= {"cone": _find_cone(robot, ladder.tube, along)}
         return _explain_no_solution(robot, ladder.tube, along, miss, fields)
     constraints = checker.world.constraints
-    kept = constraints.holds(q)
-    if not kept.any():
+    holds = constraints.holds(q)
+    if not holds.any():
         spare = max(constraints.spare(q), key=np.min)
         return CannotFollow(
             cause="strays", between=(constraints.texts[spare.argmin()],), distance=float(-spare.min()), **fields
         )
-    q = q[kept]
+    q = q[holds]
     contacts = [contact_at(checker, one) for one in q[:_MOST_CONTACTS]]
     if all(contacts):
-        named = Counter((found.first, found.second) for found in contacts if found)
-        return CannotFollow(cause="touching", between=named.most_common(1)[0][0], **fields)
-    free = q[[k for k, found in enumerate(contacts) if found is None]]
+        pairs = Counter((contact.first, contact.second) for contact in contacts if contact)
+        return CannotFollow(cause="touching", between=pairs.most_common(1)[0][0], **fields)
+    free = q[[k for k, contact in enumerate(contacts) if contact is None]]
     away = 0.0
     if len(ends):
         away = float(np.abs(robot.difference(ends[:, None], free[None])).max(axis=2).min())

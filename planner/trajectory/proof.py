@@ -104,10 +104,10 @@ class MotionProof:
 
     def _floor(self) -> dict[str, Any]:
         """Return the numbers of pieces proven above the floor, exempt, or unproven."""
-        asked, above = int(self.floor_required.sum()), int((self.floor_required & self.floor_holds).sum())
-        pieces = {"above": above, "exempt": len(self.verdict) - asked, "below": asked - above}
+        required, above = int(self.floor_required.sum()), int((self.floor_required & self.floor_holds).sum())
+        pieces = {"above": above, "exempt": len(self.verdict) - required, "below": required - above}
         counts = {f"pieces_{name}": count for name, count in pieces.items()}
-        return {"asked": self.floor, **counts, "proven": above == asked > 0}
+        return {"asked": self.floor, **counts, "proven": above == required > 0}
 
 
 def require_joints(joints: tuple[str, ...], checker: CollisionChecker) -> None:

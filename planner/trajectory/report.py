@@ -210,14 +210,14 @@ class Report:
     def to_dict(self) -> dict[str, Any]:
         """Return the report as plain data: s, rad and m; locations on a path in segments from 0."""
         world = self.checker.world
-        found = {"ok": self.ok, "message": self.sentence, "robot": world.robot.name, "scene": world.scene.name}
-        found |= {"joints": list(world.robot.joints), "frame": world.robot.tool, "collision": self.checker.name}
-        found |= {"margin": world.margin, "step": self.step, "proven": self.proven, "notes": list(self.notes)}
+        record = {"ok": self.ok, "message": self.sentence, "robot": world.robot.name, "scene": world.scene.name}
+        record |= {"joints": list(world.robot.joints), "frame": world.robot.tool, "collision": self.checker.name}
+        record |= {"margin": world.margin, "step": self.step, "proven": self.proven, "notes": list(self.notes)}
         if self.parts:
-            return found | {"segments": [{"title": part.title, **part.to_dict()} for part in self.parts]}
+            return record | {"segments": [{"title": part.title, **part.to_dict()} for part in self.parts]}
         findings = [each.to_dict() for each in self.findings]
         clearance = None if self.clearance is None else self.clearance.to_dict()
-        return found | {"findings": findings, "pieces": self.pieces, "clearance": clearance} | self.measures
+        return record | {"findings": findings, "pieces": self.pieces, "clearance": clearance} | self.measures
 
 
 def count_text(number: int, thing: str) -> str:
