@@ -43,7 +43,11 @@ def test_every_page_and_notebook_is_in_the_table_of_contents() -> None:
 def test_what_a_page_refers_to_is_there(path: Path) -> None:
     text = path.read_text()
     for _, target in re.findall(r"\{doc\}`([^`<]*)<?([^`>]*)>?`", text):
-        assert not target or (path.parent / target).with_suffix(".md").exists() or target.startswith("../notebooks")
+        assert (
+            not target
+            or (path.parent / target).with_suffix(".md").exists()
+            or target.removeprefix("../").startswith("notebooks")
+        )
     for name in re.findall(r"!?\[[^\]]*\]\(([^)#:]+)\)", text) + re.findall(r"```\{include\} (\S+)", text):
         assert (path.parent / name).exists(), name
     for name in re.findall(r"`((?:planner|benchmarks|tests|robots|scenes)/[\w/]+(?:\.\w+)?)`", text):

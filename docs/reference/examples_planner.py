@@ -26,6 +26,14 @@ checker.first_contact(robot.home)  # None: free
 import planner
 
 post = planner.Obstacle("post", planner.Cylinder(radius=0.03, length=1.0), planner.pose([0.5, 0, 0.5], rpy=[0, 0, 0]))
+# --- DepthImage ---
+import numpy as np
+import planner
+
+depth = np.full((48, 64), 1.2)  # m along the optical axis
+camera = planner.pose([1.5, 0, 1.0], rpy=[0, np.pi, 0])  # x right, y down, z forwards
+image = planner.DepthImage(depth, (60.0, 60.0, 32.0, 24.0), camera)
+scene = planner.Scene("cell", image.obstacles("camera"))
 # --- FollowRequest ---
 import planner
 
@@ -99,10 +107,6 @@ pick = planner.Pick("mug")  # the planner generates grasps
 import planner
 
 place = planner.Place("mug", on="board", at=((0.35, 0.2), (0.65, 0.5)), samples=10)
-# --- PlaneConstraint ---
-import planner
-
-above = planner.PlaneConstraint(normal=(0, 0, 1), distance=0.3)  # z at least 0.3 m
 # --- Plan ---
 import planner
 
@@ -115,6 +119,10 @@ import planner
 
 request = planner.PlanRequest.from_options(robot="planar_2r", scene="empty", nodes=60, beta=0.2)
 plan = planner.plan(request=request)
+# --- PlaneConstraint ---
+import planner
+
+above = planner.PlaneConstraint(normal=(0, 0, 1), distance=0.3)  # z at least 0.3 m
 # --- PlannerError ---
 import planner
 
@@ -122,6 +130,12 @@ try:
     planner.plan("planar_2r", "no such scene")
 except planner.PlannerError as error:
     print(error, error.exit_code)
+# --- Points ---
+import numpy as np
+import planner
+
+xyz = np.random.default_rng(0).uniform([0.5, -0.2, 0.2], [0.6, 0.2, 0.4], (500, 3))
+cloud = planner.Obstacle("cloud", planner.Points(xyz, radius=0.01), np.eye(4))
 # --- Progress ---
 import planner
 
@@ -225,4 +239,11 @@ gate = planner.Gate("planar_2r", "empty")
 verdict = gate.check([[0.0, 0.5], [0.02, 0.52]], times=[0.1, 0.2], state=(np.array([0.0, 0.5]), np.zeros(2)))
 if verdict:  # verdict.safe
     print(verdict.safe_until, verdict.clearance, verdict.stop)
+# --- Voxels ---
+import numpy as np
+import planner
+
+occupied = np.zeros((4, 4, 4), dtype=bool)
+occupied[1:3, :, 0] = True
+grid = planner.Obstacle("grid", planner.Voxels(occupied, pitch=0.05, origin=(0.5, 0.0, 0.2)), np.eye(4))
 # ---
