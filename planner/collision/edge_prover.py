@@ -138,14 +138,14 @@ class EdgeProver:
             )
             if result is None or inside.pairs(first[None])[0] >= 0:
                 return False
-            if constraints and not constraints.proven(np.stack([first, delta])[None])[0]:
+            if constraints and not constraints.prove(np.stack([first, delta])[None])[0]:
                 return False
             self.note(first[None], delta[None], np.array(result[:1]), np.array(result[1:]))
             return True
 
         return free
 
-    def allowed(self, start: Floats, delta: Floats, allows: MotionTest | None) -> Bools:
+    def is_allowed(self, start: Floats, delta: Floats, allows: MotionTest | None) -> Bools:
         """Return which contact-free motions (m,) enclose no body and pass the caller's test."""
         allowed = self.checker.inside.pairs(start) < 0
         return allowed if allows is None else allowed & allows(start, delta)
@@ -164,7 +164,7 @@ class EdgeProver:
         coefficients = numbers("coefficients", coefficients, ("m", "degree + 1", self.robot.dof), most=_LARGEST)
         if self.static_contact is not None:
             return Proofs.from_verdict(len(coefficients), Verdict.COLLIDES)
-        satisfied = self.world.constraints.proven(coefficients)
+        satisfied = self.world.constraints.prove(coefficients)
         if satisfied.all():
             return self._prove_free(coefficients, resolution, contacts)
         rows = np.arange(len(satisfied)) if contacts else np.flatnonzero(satisfied)
@@ -212,7 +212,7 @@ class EdgeProver:
         """Return whether contact-free curves start outside of meshes and satisfy the path constraints."""
         if (self.checker.inside.pairs(coefficients[:, 0]) >= 0).any():
             return False
-        return bool(self.world.constraints.proven(coefficients).all())
+        return bool(self.world.constraints.prove(coefficients).all())
 
     def _prove_batch(self, coefficients: Floats, resolution: float) -> tuple[Proofs, Floats]:
         """Return the proofs, and s where each undecided one stopped."""

@@ -64,7 +64,7 @@ def first_free(
         rows = samples >= 0
         return result, _Motions(item[rows], start[rows], delta[rows], clearance[rows], samples[rows]), result
 
-    return _first_allowed(prover, choose, begin, _with_constraints(prover, allows))
+    return _choose_allowed(prover, choose, begin, _with_constraints(prover, allows))
 
 
 def descend(
@@ -105,7 +105,7 @@ def _sweep(
         motions = _Motions(np.repeat(item, 2), start, delta, result.clearance[first], result.samples[first])
         return result.chosen, motions, (result.path, sweeps, step)
 
-    return _first_allowed(prover, choose, np.zeros(max(0, (n - 1) // 2), dtype=np.int64), allows)
+    return _choose_allowed(prover, choose, np.zeros(max(0, (n - 1) // 2), dtype=np.int64), allows)
 
 
 def straighten(
@@ -134,13 +134,13 @@ def _accept(prover: EdgeProver, result: RefinedPath, allows: MotionTest | None) 
     """Return whether all new motions of a path are allowed; record them if so."""
     rows = np.flatnonzero(result.samples >= 0)
     start, delta = result.path[rows], result.path[rows + 1] - result.path[rows]
-    allowed = bool(prover.allowed(start, delta, allows).all())
+    allowed = bool(prover.is_allowed(start, delta, allows).all())
     if allowed:
         prover.note(start, delta, result.clearance[rows], result.samples[rows])
     return allowed
 
 
-def _first_allowed(
+def _choose_allowed(
     prover: EdgeProver, choose: Callable[[Ints], tuple[Ints, _Motions, Chosen]], begin: Ints, allows: MotionTest | None
 ) -> Chosen:
     """Return the first choice at or after ``begin`` (n,) of which every motion is allowed.
@@ -151,7 +151,7 @@ def _first_allowed(
         result, motions, chosen = choose(begin)
         if not len(motions.item):
             return chosen
-        allowed = prover.allowed(motions.start, motions.delta, allows)
+        allowed = prover.is_allowed(motions.start, motions.delta, allows)
         if allowed.all():
             prover.note(*motions[1:])
             return chosen
@@ -164,7 +164,7 @@ def _price_constraints(prover: EdgeProver, points: Floats, price: Floats) -> Flo
     price = price.copy()
     if prover.world.constraints:
         i, j = np.nonzero(np.isfinite(price))
-        strays = ~prover.world.constraints.proven(np.stack([points[i], points[j] - points[i]], axis=1))
+        strays = ~prover.world.constraints.prove(np.stack([points[i], points[j] - points[i]], axis=1))
         price[i[strays], j[strays]] = np.inf
     return price
 
@@ -186,7 +186,7 @@ def cheapest_chain(
         rows, clearance, samples = prover.native.cheapest_chain(prover.bounds, points, price, resolution)
         fresh = samples >= 0
         a, b = rows[:-1][fresh], rows[1:][fresh]
-        allowed = prover.allowed(points[a], points[b] - points[a], allows)
+        allowed = prover.is_allowed(points[a], points[b] - points[a], allows)
         if allowed.all():
             prover.note(points[a], points[b] - points[a], clearance[fresh], samples[fresh])
             return rows
@@ -200,7 +200,7 @@ def _with_constraints(prover: EdgeProver, allows: MotionTest | None) -> MotionTe
         return allows
 
     def both(start: Floats, delta: Floats) -> Bools:
-        kept = constraints.proven(np.stack([start, delta], axis=1))
+        kept = constraints.prove(np.stack([start, delta], axis=1))
         return kept if allows is None else kept & allows(start, delta)
 
     return both

@@ -56,7 +56,7 @@ class Piece:
     depth: float = 0.0
     across: float = 0.0
 
-    def spare(self, slack: Floats) -> Floats:
+    def to_units(self, slack: Floats) -> Floats:
         """Return a slack in m or rad."""
         if not self.ball:
             return slack
@@ -124,22 +124,22 @@ class ConstraintReport:
     """Least slack (rad, m) of a condition on curves, at state ``row``, and whether it is proven."""
 
     condition: Condition
-    spare: float
+    slack: float
     row: int
     proven: bool
 
     @property
-    def strays(self) -> bool:
+    def violates(self) -> bool:
         """Whether a sampled state violates it."""
-        return self.spare < -FORGIVEN
+        return self.slack < -FORGIVEN
 
     @property
     def text(self) -> str:
         """The report as part of a sentence."""
-        if self.strays:
-            return f"'{self.condition.text}' is broken by {-self.spare:.3g} {self.condition.unit}"
+        if self.violates:
+            return f"'{self.condition.text}' is broken by {-self.slack:.3g} {self.condition.unit}"
         proof = "proven all along" if self.proven else "NOT proven between what was sampled"
-        return f"'{self.condition.text}' with {self.spare:.3g} {self.condition.unit} to spare, {proof}"
+        return f"'{self.condition.text}' with {self.slack:.3g} {self.condition.unit} to spare, {proof}"
 
 
 @dataclass(frozen=True, eq=False)
@@ -148,7 +148,7 @@ class PathConstraints:
 
         constraints = PathConstraints(robot, parse_constraints("axis:z,0,0,1,0.1"))
         constraints.holds(q)                          # (n,) in states (n, dof)
-        constraints.proven(coefficients)              # (m,) on curves (m, degree + 1, dof)
+        constraints.prove(coefficients)              # (m,) on curves (m, degree + 1, dof)
 
     Orientations must have their quaternions. Raises :class:`RobotError` for unknown frames.
     """
@@ -212,15 +212,15 @@ class PathConstraints:
         frames = [group.frame for group in self._groups]
         return [self._native.slack(k, *frame.poses(self.robot, q)) for k, frame in enumerate(frames)]
 
-    def spare(self, q: Floats) -> Floats:
+    def slacks(self, q: Floats) -> Floats:
         """Return each condition's slack (n, conditions) in states (n, dof), m or rad; below 0 if violated."""
         least = np.full((len(q), len(self.conditions)), np.inf)
         for group, slack in zip(self._groups, self._slacks(q), strict=True):
             for k, number in enumerate(group.of.tolist()):
-                least[:, number] = np.minimum(least[:, number], group.pieces[k].spare(slack[:, k]))
+                least[:, number] = np.minimum(least[:, number], group.pieces[k].to_units(slack[:, k]))
         return least
 
-    def slack(self, q: Floats) -> Floats:
+    def least_slack(self, q: Floats) -> Floats:
         """Return the least slack (n,) of any set in states (n, dof)."""
         return np.concatenate([np.full((len(q), 1), np.inf), *self._slacks(q)], axis=1).min(axis=1)
 
@@ -228,7 +228,7 @@ class PathConstraints:
         """Return which states (n, dof) satisfy all conditions, (n,)."""
         return self._project(q, 0.0, FORGIVEN, 0)[1] if self else np.ones(len(q), dtype=bool)
 
-    def proven(self, coefficients: Floats) -> Bools:
+    def prove(self, coefficients: Floats) -> Bools:
         """Return which curves sum_k c_k s^k, (m, degree + 1, dof), provably satisfy all, (m,)."""
         if not self:
             return np.ones(len(coefficients), dtype=bool)
@@ -250,15 +250,15 @@ class PathConstraints:
     def along(self, q: Floats, coefficients: Floats) -> tuple[ConstraintReport, ...]:
         """Return a report per condition on curves (m, degree + 1, dof) and their sampled states (n, dof)."""
         alone = [replace(self, conditions=(each,)) for each in self.conditions]
-        spare = self.spare(q)
+        slacks = self.slacks(q)
         return tuple(
             ConstraintReport(
-                each, float(spare[:, k].min()), int(spare[:, k].argmin()), bool(alone[k].proven(coefficients).all())
+                each, float(slacks[:, k].min()), int(slacks[:, k].argmin()), bool(alone[k].prove(coefficients).all())
             )
             for k, each in enumerate(self.conditions)
         )
 
-    def projected(self, q: Floats, depth: Floats | float = 0.5, exact: float = FORGIVEN) -> tuple[Floats, Bools]:
+    def project(self, q: Floats, depth: Floats | float = 0.5, exact: float = FORGIVEN) -> tuple[Floats, Bools]:
         """Return states near ``q`` (n, dof) that satisfy all, and which do (n,), within ``exact``.
 
         Gauss-Newton steps go a share ``depth`` (n,) of the way to the middle of the allowed set; states that satisfy

@@ -101,9 +101,9 @@ class ConstraintRecord(Record):
             cls(
                 condition=kept.condition.text,
                 unit=kept.condition.unit,
-                path=kept.spare,
+                path=kept.slack,
                 path_proven=kept.proven,
-                motion=None if moving is None else moving.spare,
+                motion=None if moving is None else moving.slack,
                 motion_proven=None if moving is None else moving.proven,
             )
             for kept, moving in zip(on_path, in_motion, strict=True)

@@ -137,11 +137,11 @@ def solve_conditions(
     seeds = np.vstack([robot.home, rng.uniform(robot.lower, robot.upper, size=(_SEEDS - 1, robot.dof))])
     if starts is not None:
         seeds = np.vstack([seeds, _seeds(robot, starts)])
-    found, good = asked.projected(seeds, rng.random(len(seeds)), inverse.POSITION_TOLERANCE)
+    found, good = asked.project(seeds, rng.random(len(seeds)), inverse.POSITION_TOLERANCE)
     good &= checker.world.constraints.holds(found)
     if good.any():
         return robot.normalise(found[good])
-    spare = asked.spare(found)
+    spare = asked.slacks(found)
     nearest = int(spare.min(axis=1).argmax())
     missed = asked.conditions[int(spare[nearest].argmin())]
     raise StateError(
@@ -248,7 +248,7 @@ def _require_constraints(rows: Sequence[tuple[str, Floats]], checker: CollisionC
     """Raise :class:`StateError` for the first of ``rows`` that breaks what motions keep, with by how much."""
     constraints, values = checker.world.constraints, np.array([q for _, q in rows]).reshape(-1, checker.robot.dof)
     for row in np.flatnonzero(~constraints.holds(values)).tolist():
-        spare = constraints.spare(values[row : row + 1])[0]
+        spare = constraints.slacks(values[row : row + 1])[0]
         role, kept, by = rows[row][0], constraints.conditions[spare.argmin()], float(-spare.min())
         raise StateError(
             f"{role} lies outside '{kept.text}', which is to be kept, by {by:.3g} {kept.unit}: choose "
@@ -335,7 +335,7 @@ def _filter_by_constraints(found: Floats, checker: CollisionChecker, role: str) 
     """Those of ``found`` (k, dof) that keep what motions keep; :class:`StateError` where none does."""
     good = checker.world.constraints.holds(found)
     if not good.any():
-        _require_constraints([(role, found[int(checker.world.constraints.slack(found).argmax())])], checker)
+        _require_constraints([(role, found[int(checker.world.constraints.least_slack(found).argmax())])], checker)
     return found[good]
 
 

@@ -43,7 +43,7 @@ class LazyRoadmap:
         """Take up the ``samples`` (k, dof) that are free, each with links to its nearest nodes."""
         samples = samples[manipulability(self._robot, samples) >= self._refiner.cost.objective.floor]
         if constraints := self._refiner.prover.world.constraints:
-            samples, kept = constraints.projected(samples)
+            samples, kept = constraints.project(samples)
             samples = self._robot.normalise(samples[kept])
         free = samples[self._bound.is_each_clear(samples)]
         first = len(self.nodes)

@@ -191,7 +191,7 @@ class TreePlanners:
         known, new, state = (first, first + delta, b) if good[0] else (second, second - delta, a)
         if not good.any() or self.checked >= self._limit:
             return False
-        (there,), (found,) = self._constraints.projected(new[None])
+        (there,), (found,) = self._constraints.project(new[None])
         step, wanted = there - known, new - known
         nearer = length(step) ** 2 < 2.0 * float(step @ wanted) and length(step) > _ADVANCE * length(wanted)
         if not (found and nearer and self._space.holds(there[None])[0]):

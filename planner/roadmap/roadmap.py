@@ -303,7 +303,7 @@ def restrict_to_constraints(roadmap: Roadmap, constraints: PathConstraints) -> R
     nodes = constraints.holds(roadmap.nodes)
     edges = np.all(nodes[roadmap.edges], axis=1)
     start, delta = edge_motions(roadmap, constraints.robot, np.flatnonzero(edges))
-    edges[edges] = constraints.proven(np.stack([start, delta], axis=1))
+    edges[edges] = constraints.prove(np.stack([start, delta], axis=1))
     if not nodes.any():
         raise StateError("the roadmap has no node that keeps what is to be kept: build one that does, or keep less.")
     return roadmap.part(nodes, edges)

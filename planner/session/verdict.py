@@ -376,7 +376,7 @@ def _find_first_broken(guard: Guard, curves: Floats, on: Ints) -> tuple[int, Vio
     """
     robot, violation = guard.checker.robot, None
     for condition in guard.checker.world.conditions:
-        holds = PathConstraints(robot, (condition,)).proven(curves)
+        holds = PathConstraints(robot, (condition,)).prove(curves)
         if not holds.all():
             k = int(holds.argmin())
             violation, curves = (k, Violation("constraint", WHERE[on[k]], constraint=condition.text)), curves[:k]

@@ -154,10 +154,10 @@ def _measure(report: Report, pieces: Floats, locations: Floats) -> tuple[list[Fi
     findings, constraints = [], []
     for result in checker.world.constraints.along(q, pieces):
         text, unit, where = result.condition.text, result.condition.unit, float(at[result.row])
-        row = {"condition": text, "unit": unit, "spare": result.spare, "at": where, "proven": result.proven}
-        constraints.append(row | {"strays": result.strays})
-        if result.strays:
-            findings.append(Finding("constraint", (text,), (where, where), -result.spare, 0.0, unit, report.timed))
+        row = {"condition": text, "unit": unit, "spare": result.slack, "at": where, "proven": result.proven}
+        constraints.append(row | {"strays": result.violates})
+        if result.violates:
+            findings.append(Finding("constraint", (text,), (where, where), -result.slack, 0.0, unit, report.timed))
     w, tool = manipulability(robot, q), tool_positions(robot, q)
     return findings, {
         "joint_length": float(np.linalg.norm(np.diff(q, axis=0), axis=1).sum()),

@@ -70,7 +70,7 @@ def strays(robot, conditions, q):
 def test_states_satisfy_the_constraint_by_pinocchio(panda, text):
     constraints, rng = PathConstraints(panda, parse_constraints(text)), np.random.default_rng(1)
     q = rng.uniform(panda.lower, panda.upper, size=(40, panda.dof))
-    q = np.vstack([q, constraints.projected(q, rng.uniform(-0.2, 0.9, size=40))[0]])
+    q = np.vstack([q, constraints.project(q, rng.uniform(-0.2, 0.9, size=40))[0]])
     truth = np.array([[beyond(panda, each, state) for each in constraints.conditions] for state in q])
     holds = constraints.holds(q)
     assert holds.any()
@@ -78,18 +78,18 @@ def test_states_satisfy_the_constraint_by_pinocchio(panda, text):
     assert not constraints.holds(np.full((1, panda.dof), np.nan)).any()
     assert (truth[holds] <= 1e-6).all()
     assert (truth[~holds].max(axis=1) > -1e-6).all()
-    np.testing.assert_allclose(constraints.spare(q), -truth, atol=2e-6)
+    np.testing.assert_allclose(constraints.slacks(q), -truth, atol=2e-6)
 
 
 @pytest.mark.parametrize("text", TEXTS)
 def test_proven_curves_do_not_stray(panda, text):
     """An optimiser climbs along each proven curve, and finds nowhere where it strays."""
     constraints, rng = PathConstraints(panda, parse_constraints(text)), np.random.default_rng(2)
-    start, good = constraints.projected(rng.uniform(panda.lower, panda.upper, size=(60, panda.dof)), 0.8)
+    start, good = constraints.project(rng.uniform(panda.lower, panda.upper, size=(60, panda.dof)), 0.8)
     start = start[good]
     curves = np.stack([start, *(rng.normal(size=start.shape) * size for size in (0.1, 0.08, 0.05))], axis=1)
     curves[:, 1:] *= rng.uniform(0.02, 2.0, size=(len(curves), 1, 1))
-    proven = constraints.proven(curves)
+    proven = constraints.prove(curves)
     assert 2 < proven.sum() < len(curves)
     s = np.linspace(0.0, 1.0, 41)
     for curve, held in zip(curves, proven, strict=True):
@@ -129,11 +129,11 @@ def test_the_compiled_proof_agrees_with_the_proof_by_arrays(panda, text, degree)
     """On random curves, and on curves scaled until the proof just holds or just fails."""
     constraints, rng = PathConstraints(panda, parse_constraints(text)), np.random.default_rng(degree)
     start = rng.uniform(panda.lower, panda.upper, (150, panda.dof))
-    start, _ = constraints.projected(start, rng.uniform(0.0, 0.9, 150))
+    start, _ = constraints.project(start, rng.uniform(0.0, 0.9, 150))
     start[::10] = rng.uniform(panda.lower, panda.upper, start[::10].shape)
     curves = np.concatenate([start[:, None], rng.normal(size=(len(start), degree, panda.dof))], axis=1)
     curves = grown(curves, 10.0 ** rng.uniform(-4.0, -0.3, len(curves)))
-    proven = constraints.proven(curves)
+    proven = constraints.prove(curves)
     assert 10 < proven.sum() < len(curves)
     np.testing.assert_array_equal(proven, proven_in_python(constraints, curves))
     for finest in (_FINEST, 1e3) if degree else ():
@@ -153,11 +153,11 @@ def test_a_motion_that_begins_on_the_edge_is_proven(panda):
     q = panda.home
     z = pose(panda, q)[1][2]
     constraints = PathConstraints(panda, parse_constraints(f"plane:0,0,1,{float(z)!r}"))
-    inward = constraints.projected(q[None] + 0.0, 0.5)[0][0]
-    deeper = PathConstraints(panda, parse_constraints(f"plane:0,0,1,{float(z) + 0.05!r}")).projected(inward[None], 0.5)[
+    inward = constraints.project(q[None] + 0.0, 0.5)[0][0]
+    deeper = PathConstraints(panda, parse_constraints(f"plane:0,0,1,{float(z) + 0.05!r}")).project(inward[None], 0.5)[
         0
     ][0]
-    assert constraints.proven(np.stack([q, deeper - q])[None])[0]
+    assert constraints.prove(np.stack([q, deeper - q])[None])[0]
 
 
 def test_a_turn_is_about_the_orientation_at_the_start(panda):

@@ -144,5 +144,5 @@ def test_a_session_keeps_it(upright):
     session.add(planner.Obstacle("ball", planner.Sphere(0.05), planner.pose([0.0, -0.6, 0.5])))
     plan = session.replan()
     assert not plan.solved or tilt(plan.robot, dense(plan.path)) <= 5.0 + 1e-6
-    with pytest.raises(PlannerError, match="orientation at a start"):
+    with pytest.raises(PlannerError, match="must have an orientation here"):
         planner.Session("panda", "empty", constraint="turn:0.1")

@@ -265,6 +265,6 @@ def test_a_constraint_that_is_broken_is_a_finding() -> None:
     report = assert_plain(check_path(checker, np.array([[2.0, 0.5], [0.0, 0.0], [-2.0, 0.5]])))
     finding = next(each for each in report.findings if each.kind == "constraint")
     assert finding.value == pytest.approx(
-        float(np.abs(checker.world.constraints.spare(np.zeros((1, 2)))[0, 0])), rel=1e-2
+        float(np.abs(checker.world.constraints.slacks(np.zeros((1, 2)))[0, 0])), rel=1e-2
     )
     assert finding.where[0] == pytest.approx(1.0, abs=0.02)

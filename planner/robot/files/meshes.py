@@ -91,7 +91,7 @@ def read_link_mesh(path: Path, scale: Floats) -> Mesh:
     Raises :class:`FileError` as :func:`read_mesh`.
     """
     made_of = [*_content(path, scale), CELL, MANY]
-    return _cached_mesh("meshes", made_of, lambda: simplify(read_mesh(path, scale)))
+    return _load_or_make_mesh("meshes", made_of, lambda: simplify(read_mesh(path, scale)))
 
 
 def read_display_mesh(source: Path | Mesh, scale: float | Floats = 1.0) -> Mesh:
@@ -101,14 +101,16 @@ def read_display_mesh(source: Path | Mesh, scale: float | Floats = 1.0) -> Mesh:
     """
     read = (lambda: source) if isinstance(source, Mesh) else lambda: read_mesh(source, scale)
     content = source.content() if isinstance(source, Mesh) else _content(source, scale)
-    return _cached_mesh("drawn", [*content, DRAWN_MANY, DRAWN_CELLS, _CREASE], lambda: _simplify_for_display(read()))
+    return _load_or_make_mesh(
+        "drawn", [*content, DRAWN_MANY, DRAWN_CELLS, _CREASE], lambda: _simplify_for_display(read())
+    )
 
 
 def _content(path: Path, scale: float | Floats) -> list[Any]:
     return [path.suffix.lower(), scale, np.frombuffer(path.read_bytes(), dtype=np.uint8), version("trimesh")]
 
 
-def _cached_mesh(kind: str, made_of: list[Any], make: Callable[[], Mesh]) -> Mesh:
+def _load_or_make_mesh(kind: str, made_of: list[Any], make: Callable[[], Mesh]) -> Mesh:
     arrays = load_or_compute(kind, made_of, lambda: {k: np.asarray(v) for k, v in vars(make()).items()})
     return Mesh(arrays["vertices"], arrays["triangles"], float(arrays["radius"]))
 

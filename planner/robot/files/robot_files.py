@@ -194,7 +194,7 @@ class RobotFiles:
     def disabled_pairs(self) -> frozenset[frozenset[str]] | None:
         """Link pairs that SRDF and robot file exclude from checks; None if neither does."""
         # some SRDFs disable no pair
-        disabled = self.srdf.disabled_among(self.description.links) if self.srdf else frozenset()
+        disabled = self.srdf.pairs_without_check(self.description.links) if self.srdf else frozenset()
         listed = self.file.disabled_pairs
         if listed is None:
             return disabled or None
@@ -244,7 +244,7 @@ def find_robot(name: str) -> tuple[Path, RobotFile]:
     if path.suffix.lower() in (".urdf", ".xml", ".xacro") or "/" in name:
         return Path(), RobotFile(urdf=Source(file=str(path)), mesh_pieces=True)
     if name.endswith("_description") and name.isidentifier() and not os.path.isfile(path):
-        return Path(), _find_described(name)
+        return Path(), _load_description_package(name)
     if os.path.isfile(path):
         raise RobotError(f"robot file {path} ends neither in .urdf nor in .yaml: rename it, or choose another file.")
     raise RobotError(
@@ -253,7 +253,7 @@ def find_robot(name: str) -> tuple[Path, RobotFile]:
     )
 
 
-def _find_described(name: str) -> RobotFile:
+def _load_description_package(name: str) -> RobotFile:
     """Return a robot of the package robot_descriptions, whose module may download its files."""
     require_extra(_DESCRIPTIONS, "descriptions")
     try:

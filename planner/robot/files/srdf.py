@@ -49,7 +49,7 @@ class Srdf:
     moves: str
     other: tuple[str, ...]
 
-    def disabled_among(self, links: Iterable[str]) -> frozenset[frozenset[str]]:
+    def pairs_without_check(self, links: Iterable[str]) -> frozenset[frozenset[str]]:
         """Return the pairs of ``links`` that need no collision check."""
         pairs = {frozenset((one, other)) for one in self.unchecked for other in links if one != other}
         return self.disabled | (frozenset(pairs) - self.enabled)

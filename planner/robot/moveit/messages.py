@@ -241,7 +241,7 @@ class BoundingVolume(Message):
     primitive_poses: tuple[PoseMessage, ...] = ()  # points where there are no primitives
 
     @pydantic.model_validator(mode="after")
-    def _placed(self) -> BoundingVolume:
+    def _require_poses(self) -> BoundingVolume:
         if self.primitives:
             _require_fit(self.primitives, self.primitive_poses, "primitive_poses", "primitives")
         for each in self.primitives:

@@ -32,7 +32,7 @@ from planner.robot.moveit.messages import (
 from planner.robot.moveit.messages import (
     OrientationConstraint as OrientationMessage,
 )
-from planner.robot.moveit.scenes import carried
+from planner.robot.moveit.scenes import read_attached
 from planner.robot.poses import pose, quaternion_of
 from planner.robot.robot import Robot
 from planner.robot.robot_in_scene import placement_of_frame
@@ -84,7 +84,7 @@ def read_motion_plan_request(path: StrPath) -> MotionPlanRequest:
         tuple(goals),
         along_path,
         message.group_name,
-        carried(start.attached_collision_objects, where),
+        read_attached(start.attached_collision_objects, where),
         not start.is_diff,
         {kind: min(factor, 1.0) for kind, factor in factors.items() if factor > 0.0},
         notes,
@@ -138,7 +138,7 @@ def request_notes(message: MotionPlanRequest, robot: Robot, choice: JointChoice)
         text = f"{where}: its start_state names joints that the robot lacks, passed over: {choices(lacking)}."
         yield Note(text, grave=False)
     held = {name: value for name, value in known.items() if name not in robot.joints}
-    if other := [name for name, value in held.items() if abs(_unplanned(name, robot, known) - value) > _SAME]:
+    if other := [name for name, value in held.items() if abs(_value_of_unplanned(name, robot, known) - value) > _SAME]:
         yield Note(f"{where}: the robot holds {choices(other)} elsewhere than start_state says.")
     named = [{each.joint_name for each in goal.joint_constraints} for goal in message.goals]
     if message.group and choice == ALL_JOINTS and not all(set(robot.joints) <= names for names in named):
@@ -150,7 +150,7 @@ def request_notes(message: MotionPlanRequest, robot: Robot, choice: JointChoice)
 
 def start_joints(message: MotionPlanRequest, robot: Robot, scene: Scene) -> Joints:
     """Return the start of the planned joints."""
-    return _planned_values(start_values(message, scene), robot, "start")
+    return _values_of_planned(start_values(message, scene), robot, "start")
 
 
 def goal_targets(message: MotionPlanRequest, robot: Robot, scene: Scene) -> list[Target]:
@@ -258,7 +258,7 @@ def _orientation_conditions(turn: OrientationMessage, matrix: Floats, frame: str
         yield OrientationConstraint(min(about, _RIGHT) if euler else about, (x, y, z, w), frame=frame)
 
 
-def _planned_values(values: Mapping[str, float], robot: Robot, role: str) -> Joints:
+def _values_of_planned(values: Mapping[str, float], robot: Robot, role: str) -> Joints:
     if missing := [joint for joint in robot.joints if joint not in values]:
         raise StateError(
             f"the request's {role} must give all planned joints, got none of {choices(missing)}: choose the request's "
@@ -272,7 +272,7 @@ def _joint_target(goal: Constraints, robot: Robot, start: Mapping[str, float], w
     values = {each.joint_name: each.position for each in goal.joint_constraints}
     if len(values) < len(goal.joint_constraints):
         raise SceneError(f"{where} constrains a joint twice, one of {choices(values)}; give one constraint a joint.")
-    planned = _planned_values(values, robot, "goal")
+    planned = _values_of_planned(values, robot, "goal")
     for each in goal.joint_constraints:
         if each.joint_name not in robot.joints:
             low, high = (max(tolerance, _SAME) for tolerance in (each.tolerance_below, each.tolerance_above))
@@ -285,7 +285,7 @@ def _require_held(
     name: str, value: float, within: tuple[float, float], robot: Robot, values: Mapping[str, float], what: str
 ) -> None:
     """Raise :class:`StateError` if an unplanned joint is not held ``within`` a constraint's range."""
-    held = _unplanned(name, robot, values) if name in robot.source.joints else values.get(name)
+    held = _value_of_unplanned(name, robot, values) if name in robot.source.joints else values.get(name)
     if held is None:
         raise StateError(
             f"{what} names joint '{name}'{suggest_name(name, robot.joints)}, which the robot lacks; choose "
@@ -298,7 +298,7 @@ def _require_held(
         )
 
 
-def _unplanned(name: str, robot: Robot, values: Mapping[str, float]) -> float:
+def _value_of_unplanned(name: str, robot: Robot, values: Mapping[str, float]) -> float:
     """Return the value of a held joint or follower; NaN if ``values`` lack its leader."""
     for item in robot.followers:
         if item.joint == name:

@@ -53,7 +53,7 @@ def parse_planning_scene(data: Any, path: Path) -> PlanningScene:
         message.name or path.stem,
         message.robot_model_name,
         tuple(shape for item in objects for shape in _obstacles(item, where)),
-        carried(held, where),
+        read_attached(held, where),
         message.allowed_collision_matrix.pairs(True),
         message.allowed_collision_matrix.pairs(False),
         _frames(message.fixed_frame_transforms, where),
@@ -126,7 +126,7 @@ def _require_distinct(items: Sequence[CollisionObject], where: str) -> None:
         raise SceneError(f"{where}: object {quote(twice[0])} is given twice; rename one, or take it out.")
 
 
-def carried(items: Sequence[AttachedCollisionObject], where: str) -> tuple[Carried, ...]:
+def read_attached(items: Sequence[AttachedCollisionObject], where: str) -> tuple[Carried, ...]:
     """Return the shapes of attached objects, each in the frame of its header, or else of its link."""
     _require_distinct([item.object for item in items], where)
     return tuple(
