@@ -21,16 +21,14 @@ from planner.cost.scale import COSTS
 from planner.kinematics.forward import tool_positions
 from planner.planning.plan import plan
 from planner.planning.record import PlanRecord
-from planner.problem.outcome import FloorTooHigh, Outcome
+from planner.problem.outcome import Outcome
 from planner.problem.request import PlanRequest, TimingRequest
-from planner.roadmap.roadmap import path_waypoints
 from planner.search.network import build_network, distance_cost
 from planner.tradeoff.sweep import add_alternatives
 from planner.trajectory.trajectory import Trajectory
 from tests.coal_judge import CoalWorld
 from tests.random_shapes import QUICK
 from tests.search.failing import collide
-from tests.worlds import load, post_roadmap, random_q
 
 RECORD = pydantic.TypeAdapter(PlanRecord)
 SCENE = """
@@ -77,7 +75,6 @@ def assert_sound(found):
     """Everything that a solved plan claims, from the arrays alone."""
     roadmap, request, nodes = found.roadmap, found.request, found.path_nodes
     assert found.outcome is Outcome.SOLVED
-    assert found.cost is not None
     assert nodes[0] in roadmap.starts
     assert nodes[-1] in roadmap.goals
     assert len(np.unique(nodes)) == len(nodes)
@@ -143,7 +140,6 @@ def test_start_is_goal(small):
     assert found.outcome is Outcome.SOLVED
     assert found.path_nodes.tolist() == [0]
     assert found.path.shape == (1, 2)
-    assert found.cost is not None
     assert (found.cost.total, found.cost.manipulability, found.cost.distance) == (0, 0, 0)
     assert found.max_error_vs_oracle == 0.0
 
@@ -152,7 +148,6 @@ def test_the_highest_floor_that_was_found_can_be_kept_to():
     request = PlanRequest.from_options(nodes=100, refinement_rounds=0, seed=2)
     failed = plan(request=request.with_options(min_manipulability=0.12), timing=None)
     assert failed.outcome is Outcome.TOO_SINGULAR
-    assert isinstance(failed.reason, FloorTooHigh)
     assert 0.0 < failed.reason.reachable < failed.reason.asked == 0.12
     assert f"--min-manipulability {failed.reason.reachable:g}" in failed.message
     assert (
@@ -179,24 +174,16 @@ def test_an_edge_that_fails_is_removed_and_the_field_heals(small, monkeypatch, l
     assert len(after.roadmap.edges) == len(before.roadmap.edges) - 1
     with pytest.raises(KeyError):
         after.roadmap.edge_index(int(i), int(j))
-    assert after.network is not None
     assert len(after.network.arcs_between(int(i), int(j))) == len(after.network.arcs_between(int(j), int(i))) == 0
     # the second solve starts from the x of the first one, raised where a path went over the edge that is gone
-    assert before.cost_to_go is not None
     raised = starts[0] != before.cost_to_go.x
     assert np.all(starts[0] >= before.cost_to_go.x)
     assert raised[int(i)]
     assert 0 < raised.sum() < 0.5 * len(raised)
     # and heals to what a fresh solve of the smaller network finds
     fresh = gabf.oracle(build_network(after.roadmap, small.quality.beta, clearance=after.clearance_kept))
-    assert after.cost_to_go is not None
     np.testing.assert_array_equal(after.cost_to_go.x, fresh)
-    assert after.cost is not None
-    assert before.cost is not None
     assert after.cost.total >= before.cost.total
-
-
-# a roadmap of a file
 
 
 # interrupted
@@ -209,29 +196,6 @@ def test_stop_returns_the_partial_plan(small):
     assert len(found.roadmap.nodes) == 2
     assert found.network is None
     assert found.cost is None
-
-
-# paths as configurations
-
-
-def small_roadmap_of(robot, nodes):
-    n = len(nodes)
-    return replace(
-        post_roadmap(), edges=np.zeros((0, 2)), proven=[], joint_length=[], tool_length=[], manipulability=np.ones(n)
-    )
-
-
-def test_waypoints_of_continuous_joints_never_jump():
-    robot = load("kinova")
-    nodes = random_q(robot, 8, seed=3)
-    nodes[:, 0] = [3.0, -3.0, 2.0, -2.0, 3.1, -3.1, 0.0, 3.0]
-    made = replace(small_roadmap_of(robot, nodes), nodes=nodes)
-    path = path_waypoints(made, robot, np.arange(8))
-    assert np.abs(np.diff(path[:, 0])).max() <= np.pi
-    np.testing.assert_allclose(np.exp(1j * path[:, 0]), np.exp(1j * nodes[:, 0]), atol=1e-12)
-    plain = ~robot.continuous
-    np.testing.assert_allclose(path[:, plain], nodes[:, plain], atol=1e-12)
-    assert path_waypoints(made, robot, np.zeros(0, dtype=np.int64)).shape == (0, 6)
 
 
 # refusals of requests
@@ -259,8 +223,6 @@ def test_among_moving_obstacles_the_plan_is_in_time(moving, tmp_path):
     """Nothing touches at many moments, by FCL; the files hold moving obstacles, waits and horizon."""
     found = plan(request=moving, timing=TimingRequest())
     assert found.outcome is Outcome.SOLVED
-    assert found.trajectory is not None
-    assert found.cost is not None
     assert found.trajectory.proven
     cart = found.scene.moving[0]
     for t in np.linspace(0, found.trajectory.duration + 10, 300):

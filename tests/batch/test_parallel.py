@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from planner.base.errors import FileError, InstallationError, OptionError
+from planner.base.errors import InstallationError, OptionError
 from planner.base.progress import QUIET, Progress
 from planner.batch import parallel
 from planner.batch.parallel import measure_cases
@@ -80,13 +80,3 @@ def test_a_worker_of_other_software_is_refused(dask: WorkersRequest, monkeypatch
     monkeypatch.setattr(parallel, "software", lambda: "another planner")
     with pytest.raises(InstallationError, match="must have another planner in"):
         list(measure_cases([1], functions.square, dask, QUIET))
-
-
-def test_a_missing_cluster_is_one_sentence(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(parallel, "_ANSWER", 0.2)
-    for address in ("gopher://x", "tcp://x", "tcp://127.0.0.1:1"):
-        with pytest.raises(FileError, match=f"no Dask scheduler with workers answers at '{address}'"):
-            list(measure_cases([1], functions.square, WorkersRequest(workers=f"dask:{address}"), QUIET))
-    monkeypatch.setitem(sys.modules, "distributed", None)
-    with pytest.raises(InstallationError, match=r"pip install 'gabf-planner\[cluster\]'"):
-        list(measure_cases([1], functions.square, WorkersRequest(workers="dask:tcp://x:1"), QUIET))

@@ -8,13 +8,6 @@ import pytest
 from tests.command_line import Run
 
 EMPTY = ("--robot", "planar_2r", "--scene", "empty")
-FREE = [[-2.0, 0.3], [-2.5, 0.5], [-2.2, 0.4]]
-
-
-def written(folder: Path, rows: list[list[float]]) -> str:
-    path = folder / "path.json"
-    path.write_text(json.dumps(rows))
-    return str(path)
 
 
 def made(run: Run, folder: Path, *more: str) -> Path:
@@ -52,17 +45,3 @@ def test_robot_and_scene_are_those_of_the_plan_next_to_the_file(
     (folder / "plan.json").write_text("{")
     assert run("check", str(folder / "path.csv"))[0] == 3
     assert run("check", str(folder / "path.csv"), *EMPTY)[0] == 0
-
-
-def test_a_trajectory_is_judged_by_its_own_limits_whatever_its_name(run: Run, tmp_path: Path) -> None:
-    made(run, tmp_path, "--velocity-scale", "0.3")
-    record = json.loads((tmp_path / "trajectory.json").read_text())
-    record["limits"]["velocity"] = [0.01, 0.01]
-    for name in ("trajectory.json", "motion.json"):
-        (tmp_path / name).write_text(json.dumps(record))
-        code, out, _ = run("check", str(tmp_path / name))
-        assert code == 4
-        assert "over its limit of 0.01" in out
-    record["limits"]["velocity"] = [float("nan"), 0.01]
-    (tmp_path / "motion.json").write_text(json.dumps(record))
-    assert run("check", str(tmp_path / "motion.json"))[0] == 3

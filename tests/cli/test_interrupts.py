@@ -29,7 +29,6 @@ def started(*arguments: str, cwd: Path) -> subprocess.Popen[str]:
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
     )
-    assert process.stdout is not None
     assert process.stdout.readline() == "ready\n"
     return process
 

@@ -13,7 +13,6 @@ from planner.roadmap.storage import load_roadmap
 from tests.command_line import Run
 
 POST = "{name: post, type: box, size: [0.1, 0.02, 0.2], position: [0.75, 0, 0]}"
-BALL = "{name: ball, type: sphere, radius: 0.08, position: [-0.5, 0.5, 0]}"
 STATES = 'states: {planar_2r: {start: "q:-1.0,0.8", goal: "q:1.0,-0.8"}}'
 
 

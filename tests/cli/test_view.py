@@ -1,15 +1,12 @@
 """``planner view`` and ``planner plan --view``: pages that the browser opens, and the live page until Ctrl-C."""
 
 import http.client
-import json
 import signal
-import sys
 import webbrowser
 from pathlib import Path
 
 import pytest
 
-from tests.browser import page_data
 from tests.command_line import Run, command
 
 STATE = ("--robot", "planar_2r", "--scene", "empty")
@@ -43,29 +40,7 @@ def test_the_page_of_a_result_is_opened_from_disk(run: Run, folder: Path, opened
     assert opened[3:] == [(folder / "plan.html").as_uri()]
 
 
-@pytest.mark.skipif(sys.platform != "linux", reason="other systems have a screen")
-def test_without_a_screen_the_place_is_printed(
-    run: Run, folder: Path, opened: list[str], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    for name in ("DISPLAY", "WAYLAND_DISPLAY"):
-        monkeypatch.delenv(name, raising=False)
-    code, out, _ = run("view", str(folder))
-    assert (code, opened) == (0, [])
-    assert (folder / "plan.html").as_uri() in out
-    code, out, _ = run("plan", *TASK, "--out", str(folder), "--view", "--json")
-    assert json.loads(out)["outcome"] == "solved"
-
-
 # states without a plan
-
-
-def seen(run: Run, folder: Path, *arguments: str) -> tuple[str, dict]:
-    """The output of ``view --out``, and the data of its page."""
-    page = folder / "deep" / "state.html"
-    code, out, err = run("view", *arguments, "--out", str(page))
-    assert code == 0, err
-    assert f"Written: {page}" in out
-    return out, page_data(page)
 
 
 @pytest.fixture

@@ -12,8 +12,7 @@ from benchmarks.attack.true_distance import true_distance
 from planner.kinematics.forward import joint_placements
 from planner.kinematics.manipulability import manipulability, manipulability_along
 from planner.native.compiled import NativeChain, NativeWorld
-from planner.robot.poses import pose
-from planner.robot.shapes import Capsule, Cylinder, Mesh, Shape, Sphere
+from planner.robot.shapes import Mesh, Shape, Sphere
 from tests.random_shapes import KINDS, box_mesh, random_pose, random_shape
 from tests.worlds import checker_of, load, random_q
 
@@ -52,13 +51,6 @@ def test_the_triangles_decide_about_a_ball_in_a_dent() -> None:
     box = box_mesh((1.0, 1.0, 1.0))
     for mesh, gap in ((plates, 0.15), (Mesh(box.vertices, box.triangles[2:]), 0.45)):
         assert close((Sphere(0.05), np.eye(4)), (mesh, np.eye(4))) == pytest.approx(gap, abs=1e-6)
-
-
-def test_touching_shapes_have_no_gap() -> None:
-    wall = Mesh(np.array([[0.0, -1, -1], [0.0, 1, -1], [0.0, 0, 1]]), np.array([[0, 1, 2]]))
-    for shape in (Cylinder(0.05, 0.2), Capsule(0.05, 0.1), box_mesh((0.2, 0.1, 0.1))):
-        assert close((shape, pose([0.02, 0, 0])), (wall, np.eye(4))) == 0.0
-        assert close((shape, pose([0.02, 0.01, 0], rpy=[0.1, 0.2, 0.3])), (shape, np.eye(4))) == 0.0
 
 
 @pytest.mark.parametrize("name", ["panda", "ur5", "planar_2r"])

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import inspect
 from dataclasses import fields
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -21,7 +20,6 @@ from planner.problem.request import (
     TaskRequest,
     build_request,
 )
-from planner.problem.targets import Joints, Named, Position
 
 REQUESTS = (PlanRequest, SweepRequest, FollowRequest, RoadmapRequest, TaskRequest)
 
@@ -104,15 +102,3 @@ def test_a_value_out_of_range_is_one_sentence_with_its_name(name: str, value: ob
     assert text.endswith(".")
     assert "\n" not in text
     assert name.replace("_", " ") in text or name in text or "condition" in text
-
-
-def test_objects_stay_objects_and_text_becomes_them() -> None:
-    q = np.array([0.1 + 0.2, -1.0 / 3.0])
-    what = PlanRequest.from_options(start=q, goal=[q, "home", "xyz:1,2,3"], robot=Path("a.urdf"), joints="a, b").what
-    assert what.start == Joints(tuple(q))
-    assert what.goal == (Joints(tuple(q)), Named(("home",)), Position((1.0, 2.0, 3.0)))
-    assert (what.robot, what.joints) == ("a.urdf", ("a", "b"))
-    request = PlanRequest.from_options(**PlanRequest().values())
-    assert request == PlanRequest()
-    again = {"motion_plan_request" if key == "request" else key: value for key, value in request.config().items()}
-    assert PlanRequest.from_options(**again) == request

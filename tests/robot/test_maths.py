@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pinocchio as pin
@@ -16,7 +15,6 @@ from planner.kinematics.manipulability import ROWS, manipulability_along, node_m
 from planner.problem.request import Objective as Cost
 from tests.worlds import ROBOTS, load, random_q
 
-ARM = Path(__file__).resolve().parents[2] / "robots" / "examples" / "arm.urdf"
 STEP = 1e-6
 MEASURES = ("inverse-condition", "min-singular-value", "joint-limits")
 arms = pytest.mark.parametrize("name", ROBOTS)

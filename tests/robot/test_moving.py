@@ -9,7 +9,7 @@ from scipy.spatial.transform import Rotation, Slerp
 from planner.base.errors import SceneError
 from planner.problem.request import RoadmapRequest
 from planner.query.query import make_query
-from planner.robot.moving import KnownMotion, MovingObstacle
+from planner.robot.moving import KnownMotion
 from planner.robot.poses import pose
 from planner.robot.scene import Scene
 from planner.robot.shapes import Box, corners
@@ -72,7 +72,6 @@ def test_a_scene_file_describes_moving_obstacles(tmp_path: Path) -> None:
     assert [item.name for item in scene.obstacles] == ["shelf", "visitor"]
     assert [item.name for item in scene.limited] == ["visitor"]
     (cart,) = scene.moving
-    assert isinstance(cart, MovingObstacle)
     assert cart.shape == Box((0.2, 0.3, 0.4))
     np.testing.assert_allclose(cart.standing(2.0).placement, pose([1, 0, 0], [0, 0, 0.75]), atol=1e-12)
     still = Scene("same", scene.obstacles)

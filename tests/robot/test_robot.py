@@ -96,25 +96,6 @@ def test_identity_knows(what):
 # refusals
 
 
-@pytest.mark.parametrize("bits", range(-6, 7))
-def test_half_a_turn_but_for_rounding_keeps_its_way_round(bits):
-    """There is the opposite of back, and a path that is counted on is read as it was."""
-    robot = load("kinova")
-    turn = np.where(robot.continuous, np.pi + bits * np.spacing(np.pi), 0.0)
-    there, back = robot.difference(robot.home, robot.home + turn), robot.difference(robot.home + turn, robot.home)
-    assert (there[robot.continuous] > 3.0).all()
-    np.testing.assert_array_equal(there, -back)
-    for turned in (1, -2):
-        path = (
-            robot.home
-            + np.outer([2 * np.pi * turned, 2 * np.pi * turned + 1.0], robot.continuous)
-            + [0 * turn, turn - 1]
-        )
-        np.testing.assert_array_equal(robot.unwound(path), path)
-        ends = np.array([path[0], path[0] + turn])
-        np.testing.assert_array_equal(robot.unwound(ends), ends)
-
-
 def test_only_motions_below_half_a_turn_are_given_by_their_ends():
     robot = load("kinova")
     turn = np.where(robot.continuous, np.pi, 4.0)

@@ -4,9 +4,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import pinocchio as pin
 import pytest
-import trimesh
 
 from planner.base.errors import SceneError
 from planner.problem.targets import Named, parse_target
@@ -14,8 +12,7 @@ from planner.robot.files.urdf import frame_id
 from planner.robot.poses import pose
 from planner.robot.robot import Robot, with_carried
 from planner.robot.scene import Scene
-from planner.robot.shapes import Box, Capsule, Cylinder, Mesh, Obstacle, Sphere
-from planner.robot.solids import is_watertight
+from planner.robot.shapes import Box, Capsule, Cylinder, Mesh, Sphere
 from tests.worlds import SCENES
 
 STL = """solid one
@@ -148,18 +145,3 @@ def test_dicts_are_read_as_a_file_is(scene, tmp_path, monkeypatch):
     np.testing.assert_array_equal(made.moving[0].motion.poses, read.moving[0].motion.poses)
     with pytest.raises(SceneError, match="has 'post' twice"):
         Scene("x", (*read.obstacles, DICTS[1]))
-
-
-@pytest.mark.parametrize("process", [True, False])
-def test_a_trimesh_is_the_mesh_of_its_file(process, scene, tmp_path):
-    """Whether trimesh has joined the vertices or not."""
-    ring, place = trimesh.creation.annulus(0.1, 0.2, 0.3), pin.SE3.Random()
-    ring.export(tmp_path / "ring.stl")
-    read = scene("obstacles: [{name: ring, type: mesh, file: ring.stl}]").obstacles[0]
-    loaded: Any = trimesh.load_mesh(tmp_path / "ring.stl", process=process)
-    made = Obstacle("ring", loaded, place)
-    assert isinstance(made.shape, Mesh)
-    np.testing.assert_array_equal(made.shape.vertices, read.shape.vertices)
-    np.testing.assert_array_equal(made.shape.triangles, read.shape.triangles)
-    np.testing.assert_array_equal(made.placement, place.homogeneous)
-    assert is_watertight(made.shape)

@@ -30,7 +30,6 @@ def soup(mesh: Mesh) -> Mesh:
 
 def inside(mesh: Mesh, *points: tuple[float, float, float]) -> list[bool]:
     solid = solid_of(mesh)
-    assert solid is not None
     return solid.contains(np.array(points)).tolist()
 
 
@@ -39,7 +38,6 @@ def test_a_box_holds_the_points_between_its_sides(made: Mesh) -> None:
     points = np.random.default_rng(0).uniform(-0.8, 0.8, (2000, 3))
     solid = solid_of(made)
     assert is_watertight(made)
-    assert solid is not None
     assert (solid.contains(points) == (np.abs(points) < 0.5).all(axis=1)).all()
 
 
@@ -49,7 +47,6 @@ def test_a_bumpy_ball_holds_the_points_below_its_surface(seed: int) -> None:
     made = blob(rng, 1.0)
     solid = solid_of(made)
     assert is_watertight(made)
-    assert solid is not None
     surface = points_in(made, rng)  # of a ball that is seen whole from its middle
     assert solid.contains(0.98 * surface).all()
     assert not solid.contains(1.02 * surface).any()

@@ -53,7 +53,6 @@ def test_a_check_is_the_gates_verdict(client: Client) -> None:
     verdict = Gate("planar_2r", "empty").check(q, times=times, state=(np.zeros(2), np.zeros(2)))
     assert (free["safe"], free["safe_until"]) == (verdict.safe, verdict.safe_until)
     assert free["notes"] == list(verdict.notes)
-    assert verdict.stop is not None
     assert [point["q"] for point in free["stop"]["points"]] == verdict.stop.columns[0].tolist()
     assert free["stop"]["proven"]
     assert (blocked["safe"], blocked["reason"]["kind"]) == (False, "contact")
@@ -204,9 +203,7 @@ def test_the_javascript_on_the_page_works(address: str, tmp_path: Path) -> None:
 def test_the_command_serves_until_interrupted(tmp_path: Path) -> None:
     process = command("serve", cwd=tmp_path)
     try:
-        assert process.stdout is not None
         line = re.fullmatch("Serving (.*); token in (.*); Ctrl-C ends it.\n", process.stdout.readline())
-        assert line is not None
         address, file = line[1], Path(line[2])
         assert stat.S_IMODE(file.stat().st_mode) == 0o600
         with Client(address, token=file.read_text().strip()) as client:

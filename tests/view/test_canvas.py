@@ -36,13 +36,6 @@ def unpacked(canvas: Canvas) -> list[dict[str, Any]]:
     return [umsgpack.unpackb(data[end - length : end]) for end, length in zip(ends, lengths, strict=True)]
 
 
-def positions(canvas: Canvas) -> np.ndarray:
-    """(n, 3) the vertices of the first object."""
-    (geometry,) = unpacked(canvas)[0]["object"]["geometries"]
-    array: Any = geometry["data"]["attributes"]["position"]["array"]
-    return np.frombuffer(array.data, dtype=np.float32).reshape(-1, 3)
-
-
 def test_the_same_scene_is_the_same_bytes_and_no_two_objects_share_a_name() -> None:
     assert drawn().pack() == drawn().pack()
     sent = [command["object"] for command in unpacked(drawn()) if command["type"] == "set_object"]

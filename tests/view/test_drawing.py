@@ -28,7 +28,6 @@ from tests.view.test_canvas import unpacked
 from tests.worlds import load, make_post, post_roadmap, random_q
 
 ROBOT = load("planar_2r")
-Q = np.array([0.4, -0.9])
 
 
 def paths(canvas: Canvas, kind: str) -> list[str]:

@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 # the paths for all betas
-import html
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-import planner
-from planner.base.errors import FileError, OptionError
+from planner.base.errors import FileError
 from planner.planning.result import Plan
 from planner.tradeoff.result import Tradeoff
 from planner.view.motion import ShownPath
@@ -44,19 +42,3 @@ def test_pages_are_the_same_bytes_twice_and_whole(made: Plan, tradeoff: Tradeoff
         (tmp_path / "file").write_text("")
         with pytest.raises(FileError, match="cannot be written"):
             thing.save(tmp_path / "file" / "a")
-
-
-# notebooks
-
-
-def test_show_puts_the_page_into_the_cell(made: Plan, tradeoff: Tradeoff) -> None:
-    for shown in (planner.show(made), planner.show(tradeoff), planner.show(made.roadmap, made.checker, height=400)):
-        cell = shown._repr_html_()
-        assert cell.startswith('<iframe sandbox="allow-scripts"')
-        assert html.unescape(cell.split('srcdoc="')[1].rsplit('"')[0]) == shown.html
-        assert len(repr(shown)) < 50
-    assert "height:400px" in cell
-    with pytest.raises(OptionError, match="checker must be of the roadmap's robot"):
-        planner.show(made.roadmap)
-    with pytest.raises(OptionError, match="grown with"):
-        planner.show(made.roadmap, planner.make_checker(planner.Robot.load("ur5"), planner.Scene("none")))

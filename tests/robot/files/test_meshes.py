@@ -1,7 +1,6 @@
 """Mesh files as shapes: each kind of file gives the mesh that was written, or a refusal."""
 
 import tempfile
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -14,13 +13,10 @@ from scipy.spatial import ConvexHull, KDTree
 
 from planner.base.errors import FileError
 from planner.robot.files.meshes import read_mesh, split_into_components
-from planner.robot.files.robot_files import read_robot
-from planner.robot.robot import assemble
 from planner.robot.shapes import Body, Mesh
 from planner.robot.solids import solid_of
 from tests.random_shapes import QUICK, blob
 from tests.refusals import refusal_of
-from tests.worlds import UR3
 
 KINDS: dict[str, dict[str, Any]] = {
     "stl": {},
@@ -169,29 +165,5 @@ def test_the_pieces_of_a_mesh_have_its_surface_and_its_inside(count: int, seed: 
     points = np.concatenate(places).reshape(-1, 3) + rng.uniform(-0.5, 0.5, size=(40, 1, 3))
     solids = [solid for body in made if isinstance(body.shape, Mesh) and (solid := solid_of(body.shape)) is not None]
     solid = solid_of(whole)
-    assert solid is not None
     held = np.any([each.contains(points.reshape(-1, 3)) for each in solids], axis=0)
     np.testing.assert_array_equal(held, solid.contains(points.reshape(-1, 3)))
-
-
-def test_hulls_of_the_pieces_of_a_real_robot_hold_every_triangle() -> None:
-    """Held against the meshes that are not split, by the planes of Qhull."""
-    files = read_robot(UR3)
-    whole = assemble(replace(files, description=replace(files.description, pieces=False)))
-    bodies, split = assemble(files).bodies, 0
-    for body in whole.bodies:
-        parts = [each for each in bodies if f"{each.name}, ".startswith(f"{body.name}, ")]
-        if not isinstance(body.shape, Mesh):
-            assert [part.name for part in parts] == [body.name]
-            continue
-        held = np.zeros(len(body.shape.triangles), dtype=bool)
-        for part in parts:
-            assert isinstance(part.shape, Mesh)
-            assert (part.link, part.joint, part.shape.radius) == (body.link, body.joint, body.shape.radius)
-            np.testing.assert_array_equal(part.placement, body.placement)
-            planes = ConvexHull(part.shape.vertices).equations
-            inside = np.max(body.shape.vertices @ planes[:, :3].T + planes[:, 3], axis=1) <= 1e-9
-            held |= inside[body.shape.triangles].all(axis=1)
-        assert held.all(), body.name
-        split += len(parts) > 1
-    assert split >= 4

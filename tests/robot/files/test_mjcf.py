@@ -149,22 +149,6 @@ def test_bodies_joints_and_sites(tmp_path: Path) -> None:
     assert "assumed: the URDF gives none" in MotionLimits.from_robot(robot).source["velocity"]
 
 
-def test_included_files_and_folders_of_meshes_are_found(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    (tmp_path / "parts").mkdir()
-    (tmp_path / "parts" / "part.obj").write_text(
-        "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n"
-    )
-    (tmp_path / "hand.xml").write_text('<mujoco><body name="hand"><geom type="mesh" mesh="part"/></body></mujoco>')
-    asset = '<compiler meshdir="parts"/><asset><mesh file="part.obj" scale=".1 .1 .1"/></asset>'
-    path = arm(tmp_path, '<include file="hand.xml"/>', asset)
-    (tmp_path / "elsewhere").mkdir()
-    monkeypatch.chdir(tmp_path / "elsewhere")
-    robot = Robot.load(path)
-    assert robot.tool == "hand"
-    assert robot.bodies[-1].shape.content()[0] == "Mesh"
-    assert not list((tmp_path / "elsewhere").iterdir())
-
-
 # couplings, notes and refusals
 
 

@@ -9,7 +9,6 @@ import pinocchio as pin
 import pytest
 
 import planner
-from planner.base.errors import RobotError
 from planner.kinematics.forward import tool_pose
 from planner.robot.files.meshes import split_into_components
 from planner.robot.files.packages import example_robot_data
@@ -117,18 +116,3 @@ def test_a_model_made_by_hand() -> None:
     )
     assert found.solved
     np.testing.assert_array_equal(found.scene.obstacles, ())
-
-
-def with_joint(joint: pin.JointModel) -> tuple[pin.Model, pin.GeometryModel]:
-    model = pin.Model()
-    model.addJoint(0, joint, pin.SE3.Identity(), "odd")
-    model.addJointFrame(1)
-    return model, pin.GeometryModel()
-
-
-def test_a_joint_without_limits_turns_without_end() -> None:
-    robot = Robot.from_pinocchio(*with_joint(pin.JointModelRX()), tool="odd")
-    assert robot.continuous.all()
-    assert (robot.lower[0], robot.upper[0], robot.velocity[0]) == (-np.pi, np.pi, 0.0)
-    with pytest.raises(RobotError, match="give it limits in metres"):
-        Robot.from_pinocchio(*with_joint(pin.JointModelPX()), tool="odd")

@@ -5,9 +5,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
-import trimesh
 
-import planner
 from planner.base.errors import InstallationError, RobotError
 from planner.robot.files import robot_files
 from planner.robot.robot import Robot
@@ -49,7 +47,6 @@ def test_robots_of_the_package_robot_descriptions(arm: Path, monkeypatch: pytest
     robot = Robot.load("arm_description")
     assert (robot.name, robot.disabled_pairs) == ("arm_description", {frozenset("ab")})
     _, built = robot_files.find_robot("built_description")
-    assert built is not None
     assert (built.urdf.file, built.urdf.args) == (str(arm.parent / "arm.xacro"), {"kind": "x"})
     for name, said in (("bare", "cannot be loaded"), ("far", "no network"), ("none", "cannot be loaded")):
         with pytest.raises(RobotError, match=said):
@@ -85,24 +82,3 @@ def test_a_tool_is_chosen_where_one_is_likely(
     notes = [note.text for note in robot.notes if "taken as the tool" in note.text]
     assert [why is not None and f"'{tool}' is taken as the tool, {why}" in note for note in notes] == [True] * bool(why)
     assert not [note for note in Robot.load(file, tool=tool).notes if "taken as the tool" in note.text]
-
-
-def test_the_text_of_a_urdf_is_its_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Its mesh files are relative to the working directory."""
-    trimesh.creation.icosphere().export(tmp_path / "ball.stl")
-    mesh = link_xml("b", '<mesh filename="ball.stl" scale="0.1 0.1 0.1"/>')
-    text = f'<robot name="arm">{link_xml("a")}{mesh}{joint_xml("j", "a", "b")}</robot>'
-    (tmp_path / "arm.urdf").write_text(text)
-    read = Robot.load(tmp_path / "arm.urdf")
-    with pytest.raises(RobotError, match=r"mesh file 'ball.stl' of <string> not found"):
-        Robot.load(text)
-    monkeypatch.chdir(tmp_path)
-    made = Robot.load('\n<?xml version="1.0"?>' + text)
-    assert (made.name, made.identity, made.description) == ("arm", read.identity, "from the text of a URDF")
-    found = planner.plan(robot=text, scene=None, start=[0.0], goal=[0.5], nodes=4, refinement_rounds=0)
-    found.save("out")
-    assert planner.check("out").ok
-    with pytest.raises(RobotError, match="URDF <string> is not well-formed XML"):
-        Robot.load("<robot")
-    with pytest.raises(RobotError, match="elements of xacro that are not expanded: expand them first"):
-        Robot.load('<robot xmlns:xacro="http://www.ros.org/wiki/xacro"><xacro:arm/></robot>')

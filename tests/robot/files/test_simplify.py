@@ -66,8 +66,6 @@ def test_closed_stays_closed_and_inside_stays_inside() -> None:
     points = np.random.default_rng(2).uniform(-0.014, 0.014, size=(600, 3))
     points = np.array([p for p in points[::10] if distance(thin, p) > thin.radius])
     thin_solid = solid_of(thin)
-    assert solid is not None
-    assert thin_solid is not None
     inside = solid.contains(points)
     assert inside.any()
     assert not inside.all()

@@ -41,5 +41,4 @@ def test_a_mesh_is_read_once_however_it_is_named(
     monkeypatch.setattr(urdf_geometry, "shape_of", lambda _: pytest.fail("Pinocchio read it"))
     assert Robot.load(path).identity == first.identity
     shape = first.bodies[0].shape
-    assert isinstance(shape, Mesh)
     np.testing.assert_allclose(np.ptp(shape.vertices, axis=0), [0.1, 0.2, 0.3], atol=1e-7)
