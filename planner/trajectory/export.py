@@ -177,8 +177,7 @@ def resample(trajectory: Trajectory, rate: float, checker: CollisionChecker | No
     """
     period = period_of(rate)
     _require_rest(trajectory)
-    _require_wide_rows(trajectory, rate)
-    _require_few(trajectory, rate)
+    _require_usable_rate(trajectory, rate)
     degree = len(trajectory.columns)
     cycles = ceil(int(trajectory.nanoseconds[-1] - trajectory.nanoseconds[0]) / period)
     clock, late = _row_times(period, cycles + degree)
@@ -254,20 +253,15 @@ def _require_rest(trajectory: Trajectory) -> None:
                 )
 
 
-def _require_wide_rows(trajectory: Trajectory, rate: float) -> None:
-    """Raise :class:`OptionError` for a rate with rows closer than rounding allows."""
-    if trajectory.limits is None:
-        return
-    interval = min_knot_interval(trajectory.limits, trajectory.columns[0], KINDS[: len(trajectory.columns)])
+def _require_usable_rate(trajectory: Trajectory, rate: float) -> None:
+    """Raise :class:`OptionError` for too many rows, or for rows closer than rounding allows."""
+    rows, limits, positions = trajectory.duration * rate, trajectory.limits, trajectory.columns[0]
+    interval = 0 if limits is None else min_knot_interval(limits, positions, KINDS[: len(trajectory.columns)])
     if interval > period_of(rate):
         raise OptionError(
             f"rate must be at most {10 * _PER_SECOND // interval / 10:g} Hz here, got {rate:g} Hz: at a higher rate "
             "rounded positions break the limits."
         )
-
-
-def _require_few(trajectory: Trajectory, rate: float) -> None:
-    rows = trajectory.duration * rate
     if rows > _MOST_ROWS:
         raise OptionError(
             f"rate must make at most {_MOST_ROWS} rows, got {rows:.3g} ({rate:g} Hz for {trajectory.duration:g} s): "

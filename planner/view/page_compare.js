@@ -35,17 +35,17 @@ function pathOfRecord(record, name) {
   if (joints.join() !== data.joints.names.join()) throw new Error(`its joints must be ${data.joints.names.join(", ")}, got ${joints.join(", ")}.`);
   const steps = path.slice(1).map((q, k) => Math.hypot(...q.map((value, j) => value - path[k][j])));
   const along = steps.reduce((sums, step) => [...sums, sums.at(-1) + step], [0]), total = along.at(-1);
-  const made = { name, waypoints: path, shares: along.map((sum) => sum / (total || 1)), length: total, seconds: Math.max(2, 0.8 * total) };
-  made.w = EVEN.map((part) => manipulabilityAt(configurationAt(made, part)));
-  const lowest = made.w.indexOf(Math.min(...made.w));
-  made.worst = [{ w: made.w[lowest], share: EVEN[lowest], position: toolPosition(placements(configurationAt(made, EVEN[lowest]))) }];
-  made.ellipsoids = [[0, 0, 0, 0, 0, 0], [0, 0, 0, 0, 0, 0]];
-  made.nearest = clearance?.path || null;
-  made.choice = { duration: trajectory?.duration ?? null, clearance: clearance?.path?.min ?? null };
-  made.numbers = [["manipulability cost Ω", cost?.manipulability.toFixed(4)], ["distance cost D", cost?.distance.toFixed(4)],
+  const result = { name, waypoints: path, shares: along.map((sum) => sum / (total || 1)), length: total, seconds: Math.max(2, 0.8 * total) };
+  result.w = EVEN.map((part) => manipulabilityAt(configurationAt(result, part)));
+  const lowest = result.w.indexOf(Math.min(...result.w));
+  result.worst = [{ w: result.w[lowest], share: EVEN[lowest], position: toolPosition(placements(configurationAt(result, EVEN[lowest]))) }];
+  result.ellipsoids = [[0, 0, 0, 0, 0, 0], [0, 0, 0, 0, 0, 0]];
+  result.nearest = clearance?.path || null;
+  result.choice = { duration: trajectory?.duration ?? null, clearance: clearance?.path?.min ?? null };
+  result.numbers = [["manipulability cost Ω", cost?.manipulability.toFixed(4)], ["distance cost D", cost?.distance.toFixed(4)],
     [`w mean (${data.unit})`, record.manipulability?.mean.toPrecision(3)], ["joint motion", `${total.toFixed(3)} rad`],
     ["tool's path", length && `${length.workspace.toFixed(3)} m`], ["waypoints", String(path.length)]];
-  return made;
+  return result;
 }
 
 async function compareWithFile() {

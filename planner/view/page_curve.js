@@ -12,11 +12,11 @@ function niceStep(high) {
 const tick = (value, step) => (step < 1e-4 ? value.toExponential(0) : value.toFixed(Math.max(0, -Math.floor(Math.log10(step) + 1e-9))));
 
 function label(text, place, side, className = "") {
-  const made = document.createElement("span");
-  made.textContent = text;
-  made.className = className;
-  made.style[side] = `${place}%`;
-  return made;
+  const span = document.createElement("span");
+  span.textContent = text;
+  span.className = className;
+  span.style[side] = `${place}%`;
+  return span;
 }
 
 function drawHeights(high) {

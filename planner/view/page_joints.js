@@ -3,10 +3,10 @@
 const short2 = (value) => value.toFixed(2).replace("-", "−");
 
 function vector(name, attributes, ...children) {
-  const made = document.createElementNS("http://www.w3.org/2000/svg", name);
-  for (const [key, value] of Object.entries(attributes)) made.setAttribute(key, value);
-  made.append(...children);
-  return made;
+  const node = document.createElementNS("http://www.w3.org/2000/svg", name);
+  for (const [key, value] of Object.entries(attributes)) node.setAttribute(key, value);
+  node.append(...children);
+  return node;
 }
 
 // The range of a joint's frame: its limits, or for a continuous joint the range of the paths.

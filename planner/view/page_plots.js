@@ -40,12 +40,12 @@ function plotsOf(path) {
 
 // The nearest limit of a visible row, relative to its range.
 function activeLimit(plot, visible) {
-  const found = visible.flatMap((k) => plot.limits[k].map((limit, side) => {
+  const candidates = visible.flatMap((k) => plot.limits[k].map((limit, side) => {
     if (limit === null) return null;
     const gap = side ? limit - Math.max(...plot.rows[k]) : Math.min(...plot.rows[k]) - limit;
     return { k, limit, slack: gap / (plot.limits[k][1] - plot.limits[k][0] || 1) };
   })).filter(Boolean);
-  return found.reduce((best, each) => (!best || each.slack < best.slack ? each : best), null);
+  return candidates.reduce((best, each) => (!best || each.slack < best.slack ? each : best), null);
 }
 
 // About four round values in a range with their labels; powers of ten on a logarithmic scale.
@@ -115,10 +115,10 @@ function drawPlots(path, other) {
   if (panel.hidden) return;
   if (other) panel.append(Object.assign(document.createElement("p"), { textContent: `dashed: ${pathName(data.paths.indexOf(other))}, at the same shares of its path` }));
   for (const plot of plotsOf(path)) {
-    const frame = document.createElement("div"), made = drawPlot(path, plot, other, panel.clientWidth - 28);
-    const png = Object.assign(document.createElement("button"), { textContent: "PNG", onclick: () => savePicture(plot.key, made) });
+    const frame = document.createElement("div"), svg = drawPlot(path, plot, other, panel.clientWidth - 28);
+    const png = Object.assign(document.createElement("button"), { textContent: "PNG", onclick: () => savePicture(plot.key, svg) });
     const csv = Object.assign(document.createElement("button"), { textContent: "CSV", onclick: () => save(`${plot.key}.csv`, csvOf(path, plot), "text/csv") });
-    frame.append(png, csv, made);
+    frame.append(png, csv, svg);
     frame.plot = plot;
     panel.append(frame);
   }
@@ -156,9 +156,9 @@ function csvOf(path, plot) {
 }
 
 // Twice the screen's resolution, on the panel's colour.
-async function savePicture(key, made) {
-  const { width, height } = made.viewBox.baseVal, picture = new Image(), canvas = document.createElement("canvas");
-  picture.src = `data:image/svg+xml;charset=utf-8,${encodeURIComponent(new XMLSerializer().serializeToString(made))}`;
+async function savePicture(key, svg) {
+  const { width, height } = svg.viewBox.baseVal, picture = new Image(), canvas = document.createElement("canvas");
+  picture.src = `data:image/svg+xml;charset=utf-8,${encodeURIComponent(new XMLSerializer().serializeToString(svg))}`;
   await picture.decode();
   [canvas.width, canvas.height] = [2 * width, 2 * height];
   const pen = canvas.getContext("2d");

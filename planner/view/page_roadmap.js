@@ -68,15 +68,15 @@ function colourRoadmap(path) {
   show("roadmap/nodes", choice !== "none");
   element("legend").hidden = element("legend-unit").hidden = choice === "none";
   root.dataset.colour = choice;
-  const made = colouring(choice === "none" ? "w" : choice, path);
-  paint("roadmap/nodes", (colours) => made.nodes.forEach((colour, k) => colours.set(colour, 3 * k)));
-  if (data.roadmap.edges.length) paint("roadmap/edges", (colours) => edgeColours(made.nodes, colours));
-  element("low").textContent = made.low || "";
-  element("high").textContent = made.high || "";
-  element("legend-unit").textContent = made.text;
+  const result = colouring(choice === "none" ? "w" : choice, path);
+  paint("roadmap/nodes", (colours) => result.nodes.forEach((colour, k) => colours.set(colour, 3 * k)));
+  if (data.roadmap.edges.length) paint("roadmap/edges", (colours) => edgeColours(result.nodes, colours));
+  element("low").textContent = result.low || "";
+  element("high").textContent = result.high || "";
+  element("legend-unit").textContent = result.text;
   const bar = element("bar");
-  bar.style.background = made.swatches ? "none" : data.gradient;
-  bar.replaceChildren(...(made.swatches || []).map((colour) => swatch(colour)));
+  bar.style.background = result.swatches ? "none" : data.gradient;
+  bar.replaceChildren(...(result.swatches || []).map((colour) => swatch(colour)));
 }
 
 function swatch(colour) {

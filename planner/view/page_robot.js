@@ -72,9 +72,9 @@ function sampleAt(samples, share) {
 // The ellipsoid's scale: a round number of metres per 1 m/s that suits the largest one.
 function ellipsoidScale() {
   const lengths = data.paths.flatMap((path) => path.ellipsoids.map((s) => Math.hypot(...s.slice(0, 3))));
-  const wanted = (0.35 * data.radius) / Math.max(...lengths, 1e-9);
-  const decade = Math.pow(10, Math.floor(Math.log10(wanted)));
-  return decade * (wanted >= 5 * decade ? 5 : wanted >= 2 * decade ? 2 : 1);
+  const target = (0.35 * data.radius) / Math.max(...lengths, 1e-9);
+  const decade = Math.pow(10, Math.floor(Math.log10(target)));
+  return decade * (target >= 5 * decade ? 5 : target >= 2 * decade ? 2 : 1);
 }
 
 const scale = ellipsoidScale();

@@ -73,16 +73,16 @@ function drawGauge(path, other) {
 // Warnings about a path: those of the plan, and those computed here; and mild ones about assumed limits.
 function warningsOf(path) {
   const own = path === data.paths[data.current] ? data.about.filter(([name]) => data.wrong.includes(name)).map(([, text]) => text) : [];
-  const found = [], limit = nearestLimit(path), { w, share } = path.worst[0], moves = path.waypoints.length > 1;
+  const warnings = [], limit = nearestLimit(path), { w, share } = path.worst[0], moves = path.waypoints.length > 1;
   for (const [name, at] of moves ? [["start", path.w[0]], ["goal", path.w.at(-1)]] : [])
-    if (bandOf(at) === "singular") found.push(`The ${name} is singular: w is ${short(at)} ${data.unit} there.`);
+    if (bandOf(at) === "singular") warnings.push(`The ${name} is singular: w is ${short(at)} ${data.unit} there.`);
   const low = { singular: "The arm is singular", poor: "w is poor" }[bandOf(w)];
-  if (moves && low && !found.length && !own.length) found.push(`${low} ${whereAt(path, share)}: w is ${ofTypical(w)}.`);
-  if (limit?.slack < 0) found.push(`${limitText(path)}.`);
-  if (path.motion && !path.motion.proven) found.push("The motion is not proven free and within limits.");
+  if (moves && low && !warnings.length && !own.length) warnings.push(`${low} ${whereAt(path, share)}: w is ${ofTypical(w)}.`);
+  if (limit?.slack < 0) warnings.push(`${limitText(path)}.`);
+  if (path.motion && !path.motion.proven) warnings.push("The motion is not proven free and within limits.");
   const assumed = Object.entries(path.motion?.limits?.source || {}).filter(([, source]) => source.startsWith("assumed")).map(([kind]) => kind);
   const mild = assumed.length ? [`The limits on ${assumed.join(" and ")} are assumed, as the robot's files have none.`] : [];
-  return [[...found, ...own, ...data.notes.filter(([, grave]) => grave).map(([text]) => text)], mild];
+  return [[...warnings, ...own, ...data.notes.filter(([, grave]) => grave).map(([text]) => text)], mild];
 }
 
 const listItems = (texts) => texts.map((text) => Object.assign(document.createElement("li"), { textContent: text }));
