@@ -16,7 +16,7 @@ from planner.robot.clouds import Points
 from planner.robot.poses import pose, quaternion_of
 from planner.robot.robot import Robot, load_visuals
 from planner.robot.scene import Scene
-from planner.robot.shapes import Body, Obstacle, Sphere, bounding_box, corners
+from planner.robot.shapes import Body, Sphere, bounding_box, corners
 from planner.trajectory.measure import dense_path
 from planner.view.canvas import Canvas
 from planner.view.surfaces import smooth_mesh, tube
@@ -78,7 +78,8 @@ def draw_scene(canvas: Canvas, scene: Scene, touching: Collection[str] = ()) -> 
     for k, obstacle in enumerate(scene.obstacles):
         rgba = TOUCHING if obstacle.name in touching else colours[obstacle.object]
         if isinstance(obstacle.shape, Points):
-            canvas.points(f"obstacles/{k}", obstacle.shape.vertices, _colour_by_height(obstacle), obstacle.shape.radius)
+            points, up = obstacle.shape, obstacle.placement[2, :3]
+            canvas.points(f"obstacles/{k}", points.vertices, _colour_by_height(points.vertices @ up), points.radius)
             canvas.transform(f"obstacles/{k}", obstacle.placement)
         else:
             canvas.shape(f"obstacles/{k}", smooth_mesh(obstacle.shape), obstacle.placement, rgba)
@@ -98,9 +99,8 @@ def draw_scene(canvas: Canvas, scene: Scene, touching: Collection[str] = ()) -> 
     return names
 
 
-def _colour_by_height(cloud: Obstacle) -> Floats:
-    """Return colours (n, 3) of the points of a cloud by height: blue, grey, yellow."""
-    height = cloud.shape.vertices @ cloud.placement[2, :3]
+def _colour_by_height(height: Floats) -> Floats:
+    """Return colours (n, 3) of the points of a cloud by ``height`` (n,): blue, grey, yellow."""
     share = (height - height.min()) / max(float(np.ptp(height)), 1e-9)
     return np.stack([np.interp(share, [0.0, 0.5, 1.0], [low, 0.55, high]) for low, high in _HEIGHTS], axis=1)
 
