@@ -31,7 +31,6 @@ UNFINISHED: set[str] = {
     "planner/figures/",
     "planner/gabf/",
     "planner/kinematics/",
-    "planner/native/",
     "planner/planning/",
     "planner/problem/",
     "planner/query/",
