@@ -18,7 +18,7 @@ from planner.base.arrays import Bools, Floats, Ints, frozen
 from planner.base.errors import StateError
 from planner.constraints.tool_bound import Frame, ToolBound
 from planner.kinematics.forward import Chain
-from planner.native.compiled import NativeKeeping
+from planner.native.compiled import NativeConstraints
 from planner.problem.conditions import (
     AxisConstraint,
     BoxConstraint,
@@ -189,11 +189,11 @@ class PathConstraints:
         )
 
     @cached_property
-    def _native(self) -> NativeKeeping:
-        """The compiled constraints."""
+    def _native(self) -> NativeConstraints:
+        """The same in the compiled library, which says what is to spare, and projects."""
         groups, pieces = self._groups, [piece for group in self._groups for piece in group.pieces]
         none = np.zeros((0, 4, 4)), np.zeros((0, 12)), np.zeros(0)
-        return NativeKeeping(
+        return NativeConstraints(
             Chain.from_arm(self.robot).native,
             np.array([group.frame.joint for group in groups], dtype=np.int64),
             np.concatenate([none[0], *(group.frame.placement[None] for group in groups)]),
@@ -235,8 +235,8 @@ class PathConstraints:
         return self._native.proven(coefficients, self._rates, FORGIVEN, _FINEST)
 
     @cached_property
-    def _rates(self) -> tuple[Floats, Floats, Floats, Floats, Floats]:
-        """Arguments of ``NativeKeeping.proven`` for frames and sets."""
+    def _bounds(self) -> tuple[Floats, Floats, Floats, Floats, Floats]:
+        """What ``NativeConstraints.proven`` asks of frames and pieces."""
         groups, dof = self._groups, self.robot.dof
         pieces = [piece for group in groups for piece in group.pieces]
         return (

@@ -8,7 +8,10 @@ from planner.native.compiled import Charge, NativeBounds, NativeWorld
 
 
 class ProofSettings(NamedTuple):
-    """World, ``bounds`` of that world, resolution (m) of proofs, and cost of motions."""
+    """The cost function ``charge`` of motions, and the resolution ``room`` (m) of their proofs.
+
+    ``bounds`` are those of this very world.
+    """
 
     world: NativeWorld
     bounds: NativeBounds

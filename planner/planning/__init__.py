@@ -1,1 +1,1 @@
-"""One plan: the network of an objective on a roadmap, floors, healing, and what a plan holds and writes."""
+"""One plan: its path, motion, record and files. Read :mod:`planner.planning.plan` first."""

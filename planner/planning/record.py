@@ -151,7 +151,7 @@ class InTimeRecord(Record):
             limits = choices(f"{name} below {limit:g} m/s" for name, limit in self.horizon["speed_limits"].items())
             until = self.horizon["free_until"]
             when = "at any time" if until is None else f"before {until:.3f} s"
-            rows.append(("horizon", f"no contact {when}, whatever these do: {limits}"))
+            rows.append(("horizon", f"no contact {when}, with any motion of {limits}"))
         return rows
 
 
@@ -176,7 +176,7 @@ class PlanRecord(RunRecord):
     clearance: ClearanceRecord | None
     trajectory: MotionRecord | None
     constraints: list[ConstraintRecord]
-    """what path and motion keep besides limits and clearance"""
+    """path constraints"""
     in_time: InTimeRecord | None
     """null if no obstacle can move, or without a motion"""
     roadmap: RoadmapRecord

@@ -84,17 +84,17 @@ class StepFails(Reason):
 
     @property
     def sentence(self) -> str:
-        seen = f"{self.out_of_reach} of {self.tried} out of reach"
-        seen += f" (the nearest by {format_quantity(self.beyond, 'm')} or more)" if self.beyond else ""
+        counts = f"{self.out_of_reach} of {self.tried} out of reach"
+        counts += f" (the nearest by {format_quantity(self.beyond, 'm')} or more)" if self.beyond else ""
         for pair, count in list(self.contacts.items())[:_NAMED]:
-            seen += f", {count} in contact ({pair})"
+            counts += f", {count} in contact ({pair})"
         if self.violations:
-            seen += f", {self.violations} against constraints ({choices(self.conditions)})"
+            counts += f", {self.violations} against constraints ({choices(self.conditions)})"
         less = ", or fewer constraints" if self.violations else ""
         why = {
-            "no_grasp": f"no grasp is feasible, {seen}: move the object or the robot, or give other grasps{less}.",
-            "no_placement": f"no placement is feasible, {seen}: give another region, or more samples{less}.",
-            "no_path": f"no path was found within the budget{f' ({seen})' if self.tried else ''}: raise --nodes, or "
+            "no_grasp": f"no grasp is feasible, {counts}: move the object or the robot, or give other grasps{less}.",
+            "no_placement": f"no placement is feasible, {counts}: give another region, or more samples{less}.",
+            "no_path": f"no path was found within the budget{f' ({counts})' if self.tried else ''}: raise --nodes, or "
             "try another --seed.",
         }
         return f"Step {self.step} ({self.doing}) cannot be done: {why[self.what]}"

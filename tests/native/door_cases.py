@@ -16,8 +16,8 @@ from planner.native.compiled import (
     NativeBounds,
     NativeBoxes,
     NativeChain,
+    NativeConstraints,
     NativeGate,
-    NativeKeeping,
     NativeWorld,
     chunk_curves,
     curve_chords,
@@ -166,7 +166,7 @@ def of_keeping(rng: Rng, size: Size) -> list[Any]:
     rows, limits = rng.normal(size=(4 * k, 12)), rng.uniform(0.5, 2.0, 2 * k) * np.where(ball, 1.0, -1.0)
     free = np.full(size.joints, -2.5), np.full(size.joints, 2.5), wraps
     pieces = np.full(2, k), np.where(ball, 3, 1), ball, rows, rng.normal(size=4 * k), limits, np.ones(2 * k)
-    keeping, (rotation, position) = NativeKeeping(chain, joints, placements, *pieces, free), chain.placements(q)
+    keeping, (rotation, position) = NativeConstraints(chain, joints, placements, *pieces, free), chain.placements(q)
     there, good = keeping.projected(q, rng.random(len(q)), 1e-9, 20)
     assert (np.abs(there[(there != q).any(axis=1)][:, ~wraps]) <= 2.5).all()
     found, (turns, shifts) = [there, good], chain.placements(there)
@@ -180,7 +180,7 @@ def of_keeping(rng: Rng, size: Size) -> list[Any]:
     assert not proven[~good].any()
     found.append(proven)
     empty = tuple(array[:0] for array in pieces)
-    none = NativeKeeping(chain, joints[:0], placements[:0], *empty, free)
+    none = NativeConstraints(chain, joints[:0], placements[:0], *empty, free)
     assert none.projected(q, np.ones(len(q)), 0.0, 3)[1].all()
     return [*found, rotation, position]
 

@@ -14,7 +14,7 @@ import pytest
 
 from planner.base.interrupts import StopRequest, stop_requests
 from planner.native import compiled
-from planner.native.compiled import Charge, NativeChain, NativeKeeping, NativeWorld
+from planner.native.compiled import Charge, NativeBoxes, NativeChain, NativeConstraints, NativeWorld
 from planner.native.refinement import Descent, EvenStretches, ProofSettings, Step, descend, even_stretches
 from tests.native.sanitized import MODULE
 
@@ -61,7 +61,13 @@ ONE, NO, POINT = np.ones(1, dtype=np.int64), np.zeros(1, dtype=bool), np.zeros(3
 MANY = 1_000_000
 
 
-KEEPING = NativeKeeping(  # of what no position has: x >= 1e5
+def boxes(k: int) -> NativeBoxes:
+    frames = np.array([TURNS] * k), np.zeros((k, 3))
+    ones, nothing = np.ones(k, dtype=int), np.zeros(k, dtype=int)
+    return NativeBoxes(CHAIN, ones, np.ones((k, 3)), nothing, *frames, np.full((k, 3), 5.0), np.full((k, 3), 6.0))
+
+
+KEEPING = NativeConstraints(  # of what no position has: x >= 1e5
     CHAIN, ONE, np.eye(4)[None], ONE, ONE, NO, np.eye(12)[:1], np.zeros(1), np.full(1, 1e5), np.ones(1),
     (np.full(1, -9.0), np.full(1, 9.0), NO),
 )  # fmt: skip

@@ -1,4 +1,4 @@
-// How far apart two convex sets are for certain: any plane between them is a proof, however it was found.
+// Certain bounds on the distance of two convex sets: any separating plane is a proof.
 #pragma once
 
 #include <algorithm>
@@ -12,7 +12,7 @@ namespace planner {
 
 constexpr double infinity = std::numeric_limits<double>::infinity();
 
-// Which of `count` points, given by their x, then y, then z, is farthest along d; the first one of several.
+// Index of the first farthest point along d, of `count` points as x, then y, then z.
 FOR_THIS_PROCESSOR inline int first_farthest(const double* points, int count, double dx, double dy, double dz) {
     const double *x = points, *y = points + count, *z = points + 2 * count;
     Four most = {-infinity, -infinity, -infinity, -infinity}, at = {}, here = {0.0, 1.0, 2.0, 3.0};
@@ -36,8 +36,7 @@ FOR_THIS_PROCESSOR inline int first_farthest(const double* points, int count, do
     return best;
 }
 
-// A convex set in the frame of what carries it: the hull of points, or a cylinder; and all that is no farther than
-// `radius` from that.
+// A convex set in its frame: the hull of points, or a cylinder, enlarged by `radius`.
 struct Convex {
     const double* points =
         nullptr;  // x of all points, then y, then z; of a cylinder its middle, from there to the middle
@@ -45,7 +44,7 @@ struct Convex {
     int count = 0;
     bool is_cylinder = false;
     double radius = 0.0;
-    Vec only;  // the point, if count is 1
+    Vec only;  // the point if count is 1
 
     Vec farthest(Vec d) const {
         if (is_cylinder) {
@@ -61,15 +60,15 @@ struct Convex {
     }
 };
 
-// A convex set somewhere in the world.
+// A convex set in the world.
 struct Placed {
     const Convex* set;
-    const Frame* frame;  // nullptr: it stands in the world as it is
+    const Frame* frame;  // nullptr: the world frame
 
-    Vec farthest(Vec d) const { return frame ? *frame * set->farthest(turned_back(frame->turn, d)) : set->farthest(d); }
+    Vec farthest(Vec d) const { return frame ? *frame * set->farthest(rotate_back(frame->turn, d)) : set->farthest(d); }
 };
 
-// A corner of the difference of two sets, and its share in the point nearest the origin.
+// Corners of the difference of two sets, and their weights in the point nearest the origin.
 struct Simplex {
     Vec corner[5];
     double weight[5];
@@ -87,10 +86,10 @@ struct Simplex {
     }
 };
 
-// Weights, summing to 1, of the point nearest the origin in the flat through the corners, by Gram and Schmidt; a corner
-// that opens no new direction gets no weight.
+// Weights, summing to 1, of the point nearest the origin in the affine hull of the corners, by Gram-Schmidt; a linearly
+// dependent corner gets weight 0.
 inline void nearest_in_flat(const Simplex& s, double* weights) {
-    constexpr double thin = 1e-20;  // squared sine below which three corners are taken to lie in a line
+    constexpr double thin = 1e-20;  // squared sine below which three corners count as collinear
     Vec fresh[4];
     double square[4], shares[4][4], along[4];
     int side_of[4], rows = 0;
@@ -118,9 +117,8 @@ inline void nearest_in_flat(const Simplex& s, double* weights) {
     for (int k = 1; k < s.count; ++k) weights[0] -= weights[k];
 }
 
-// From the point of the simplex to the one nearest the origin in the hull of its corners; only those corners stay that
-// this rests on. Wolfe (1976): to the nearest point in the flat through the corners, or as far as the hull goes; then
-// without the corner that is left behind there.
+// Move to the point nearest the origin in the hull of the corners, and keep the corners that span it. Wolfe (1976): move
+// towards the nearest point of the affine hull; at the boundary of the hull drop a corner and repeat.
 inline void move_towards_origin(Simplex& s) {
     while (s.count > 1) {
         double best[5];
@@ -149,20 +147,20 @@ inline void move_towards_origin(Simplex& s) {
     s.weight[0] = 1.0;
 }
 
-// What is known of the distance of two sets (m): at least `low`, as two parallel planes prove, at most `high`.
+// Bounds (m) on the distance of two sets; two parallel planes prove `low`.
 struct Gap {
     double low, high;
 };
 
-// Bounds on the distance of two convex sets: a micrometre apart, or wide enough to show that it is `enough`.
+// Bounds on the distance of two convex sets, within a micrometre, or until `low` is at least `enough`.
 //
-// `apart` is a guess of the vector from the first to the second; it is left at the normal of the best planes. The point
-// nearest the origin in a simplex of differences of the sets' points gives the next pair of planes, and the points that
-// touch these its next corner (Gilbert, Johnson and Keerthi 1988).
+// `apart` is a guess of the vector from the first to the second set, and becomes the normal of the best planes. The point
+// nearest the origin in a simplex of differences defines the next pair of planes, and their support points the next
+// corner (Gilbert, Johnson and Keerthi 1988).
 inline Gap convex_gap(Placed a, Placed b, Vec& apart, double enough) {
     constexpr int rounds = 40;
     constexpr double close = 1e-6, touching = 1e-12;  // m
-    constexpr double no_direction = 1e-150;           // m: of less the length is not what its squares come to
+    constexpr double no_direction = 1e-150;           // m: squares of smaller numbers underflow
     const double radius = a.set->radius + b.set->radius;
     double low = 0.0, high = infinity;
     Vec direction = apart;

@@ -1,4 +1,4 @@
-// What straight motions cost: their length, and the manipulability cost omega integrated along them.
+// Costs of straight motions: length, and the integral of the manipulability cost omega.
 #pragma once
 
 #include <algorithm>
@@ -10,8 +10,8 @@
 
 namespace planner {
 
-// The cost omega of manipulability w: 1 up to `low`, zeta from `high` on, and between them as 1 / w (kind 0), -ln w (1) or
-// -w (2) goes. By libm's logarithm on every processor: NumPy's differs in the last bits from one to the next.
+// The cost omega of manipulability w: 1 up to `low`, zeta from `high`, and between them affine in 1 / w (kind 0), -ln w
+// (1) or -w (2). It uses libm's logarithm, as the last bits of NumPy's differ between processors.
 struct Omega {
     double low, high, zeta;
     int kind;
@@ -31,13 +31,13 @@ struct Omega {
     }
 };
 
-// A measure in place of manipulability: values w (n,) of configurations q (n, dof).
+// Another measure than manipulability: values w (n,) of configurations q (n, dof).
 struct Measure {
     virtual ~Measure() = default;
     virtual void fill(size_t n, const double* q, double* w) const = 0;
 };
 
-// A point that joint `last` carries, the rows of its Jacobian that count, and a measure in place of theirs, or null.
+// A point on joint `last`, the selected rows of its Jacobian, and another measure, or null.
 struct Tool {
     int last;
     Vec point;
@@ -45,14 +45,14 @@ struct Tool {
     const Measure* measure = nullptr;
 };
 
-// The length of the path that a tool takes while q goes straight from `from` by `by` (dof,): chords between `pieces` + 1
-// evenly spaced states.
+// Length of the tool's path while q moves straight from `from` by `by` (dof,): chords between `pieces` + 1 evenly spaced
+// states.
 inline double path_length(const Chain& chain, int last, const Vec& point, const double* from, const double* by,
                           int64_t pieces, FourScratch& scratch) {
     double sum = 0.0;
     Vec before, here[4];
     for (int64_t first = 0; first <= pieces; first += 4) {
-        heed_at(first);
+        poll_signal_at(first);
         for (int l = 0; l < 4; ++l) {
             const double s = static_cast<double>(first + l) / static_cast<double>(pieces);
             for (int j = 0; j < chain.dof(); ++j) scratch.q[j][l] = from[j] + s * by[j];
@@ -66,14 +66,14 @@ inline double path_length(const Chain& chain, int last, const Vec& point, const 
     return sum;
 }
 
-// What motions are charged; see MotionCost in Python.
+// Parameters of the cost; see MotionCost in Python.
 struct Prices {
     Omega omega;
-    double unit;  // what lengths are divided by
+    double unit;  // of length, the divisor
     double beta, floor, longest, spacing;
-    double chord;  // along the tool's path, whose length counts; 0 where that of the joints' does
-    int fewest;    // states that w is looked at along a motion
-    bool at_end;   // omega is charged for the last of them, not for their mean
+    double chord;  // of the tool's path; 0 for the length in joint space
+    int fewest;    // fewest states per motion
+    bool at_end;   // omega of the last state, not the mean
     const uint8_t* wraps;
 
     bool asks_w() const { return beta < 1.0 || floor > 0.0; }
@@ -81,7 +81,7 @@ struct Prices {
 
 constexpr int most_doublings = 7;  // of the states on longer motions
 
-// The costs of motions that straight lines from `start` to `end` (dof,) are, some at a time.
+// Costs of straight motions, several at a time.
 class Pricing {
    public:
     Pricing(const Chain& chain, const Tool& tool, const Prices& prices)
@@ -107,7 +107,7 @@ class Pricing {
             if (allowed && prices_.asks_w()) ask(k, a, b, length);
         }
         look();
-        for (const Asked& one : asked_) costs[one.motion] = traded_off(one, costs[one.motion]);
+        for (const Asked& one : asked_) costs[one.motion] = weigh(one, costs[one.motion]);
     }
 
    private:
@@ -139,15 +139,15 @@ class Pricing {
         states_.push_back({a, b, 1.0});
     }
 
-    // w of all states that are asked for, four at a time.
+    // w of all requested states, four at a time.
     void look() {
         const size_t all = states_.size();
         w_.resize(all);
         if (tool_.measure) return look_by_measure();
         for (size_t first = 0; first < all; first += 4) {
-            heed_at(static_cast<int>(first));
+            poll_signal_at(static_cast<int>(first));
             const size_t count = std::min<size_t>(4, all - first);
-            for (size_t l = 0; l < 4; ++l) {  // the last one again where there are fewer
+            for (size_t l = 0; l < 4; ++l) {  // repeat the last one
                 const State& state = states_[first + std::min(l, count - 1)];
                 for (int j = 0; j < chain_.dof(); ++j)
                     scratch_.q[j][l] = state.from[j] + state.share * (state.to[j] - state.from[j]);
@@ -167,7 +167,7 @@ class Pricing {
         if (!states_.empty()) tool_.measure->fill(states_.size(), configurations_.data(), w_.data());
     }
 
-    double traded_off(const Asked& one, double distance) {
+    double weigh(const Asked& one, double distance) {
         const double* w = w_.data() + one.first;
         if (prices_.floor > 0.0 && *std::min_element(w, w + one.states) < prices_.floor) return HUGE_VAL;
         if (prices_.beta >= 1.0) return distance;

@@ -1,4 +1,4 @@
-// The order in which a path is changed by several threads, so that it becomes the same whatever their number.
+// Orders of changes to a path by several threads: the result does not depend on the number of threads.
 #pragma once
 
 #include <atomic>
@@ -11,11 +11,11 @@
 
 namespace planner {
 
-// How far waypoints go in a sweep, and which share of them moved in the one before it.
+// Step size of waypoints in a sweep, and the share of waypoints that moved in the previous one.
 struct Step {
     double size, moved;
 
-    // In the next sweep, after a share of `now` moved: less far where few gained. That heeds the sweep before the last one:
+    // The step of the next sweep, after a share of `now` moved: smaller if few gained. That heeds the sweep before the last one:
     // it is over when the next one begins, while the last one may not be.
     Step next(double now) const {
         constexpr double few = 0.3, less = 0.7;
@@ -23,10 +23,10 @@ struct Step {
     }
 };
 
-// Sweeps over a path of n rows: in each every second waypoint moves, those of the next one lie between them.
+// Sweeps over a path of n rows; each sweep moves every second waypoint, alternately.
 //
-// A waypoint moves between neighbours that stay, once these have made their moves of the sweeps before. So any number of
-// threads may take moves in their order, each waiting for what it needs, which is begun: what is found is the same.
+// A waypoint moves between fixed neighbours, after their moves of the previous sweeps. Threads take moves in order and
+// wait for these neighbours, so the result does not depend on the threads.
 class Sweeps {
    public:
     Sweeps(int n, int first, int sweeps, Step step, double least)
@@ -35,10 +35,10 @@ class Sweeps {
         for (int sweep = 0; sweep < sweeps; ++sweep) left_[sweep] = waypoints(sweep);
     }
 
-    // How many moves there are at most.
+    // The largest number of moves.
     int moves() const { return sweeps_ / 2 * (waypoints(0) + waypoints(1)) + sweeps_ % 2 * waypoints(0); }
 
-    // The `item`-th of all moves: work(sweep, waypoint, row, size) says whether it was made.
+    // Do the `item`-th move; work(sweep, waypoint, row, size) returns whether the waypoint moved.
     template <class Work>
     void move(int item, Work work) {
         const int both = waypoints(0) + waypoints(1), late = item % both >= waypoints(0);
@@ -55,7 +55,7 @@ class Sweeps {
         --left_[sweep];
     }
 
-    // How many sweeps were made; `step` is that of the next one.
+    // The number of sweeps; `next` is the step of the next one.
     int made(double* next) const {
         int sweep = 0;
         while (sweep < sweeps_ && step(sweep).size >= least_) ++sweep;
@@ -77,13 +77,13 @@ class Sweeps {
         return now;
     }
 
-    // Waits for it; false where it never will have.
+    // Wait for the turn of a move; false if a sweep without moves ends the work.
     bool has_its_turn(int sweep, int row) const {
-        const int times = (sweep + 1) / 2;  // that the neighbours moved before
+        const int times = (sweep + 1) / 2;  // moves of the neighbours before
         const auto is_done = [&](int beside) { return beside == 0 || beside == n_ - 1 || done_[beside] >= times; };
         while (!(is_done(row - 1) && is_done(row + 1) && (sweep < 2 || left_[sweep - 2] == 0))) {
             if (broken_) return false;
-            heed();
+            poll_signal();
             std::this_thread::yield();
         }
         return true;
@@ -96,11 +96,11 @@ class Sweeps {
     std::atomic<bool> broken_{false};
 };
 
-// Tries that are made ahead by several threads, and taken in their order: what was made before another changed something
-// is made anew. Few change anything, so threads hardly wait, and what is found is the same.
+// Attempts that threads compute ahead and apply in order; an attempt computed before a change is repeated. Few attempts
+// change anything, so threads hardly wait, and the result does not depend on the threads.
 class InTurn {
    public:
-    // look() copies what others may change, attempt() works on the copy, take() changes it and says whether it did.
+    // look() copies the shared state, attempt() works on the copy, take() applies it and returns whether it changed.
     template <class Look, class Attempt, class Take>
     void run(int item, Look look, Attempt attempt, Take take) {
         try {
@@ -112,9 +112,9 @@ class InTurn {
             attempt();
             for (; turn_ != item; std::this_thread::yield()) {
                 if (broken_) return;
-                heed();
+                poll_signal();
             }
-            if (seen != changes_) look(), attempt();  // only who has the turn changes anything
+            if (seen != changes_) look(), attempt();  // only the thread with the turn changes the state
             {
                 const std::lock_guard<std::mutex> lock(mutex_);
                 if (take()) ++changes_;

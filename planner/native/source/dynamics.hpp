@@ -1,4 +1,4 @@
-// The parts of a step of GABF: parent values of rows, and how far the rows move towards them.
+// The parts of a GABF step: parent values of rows, and the flow of the rows towards them.
 #pragma once
 
 #include <limits>
@@ -9,7 +9,7 @@
 
 namespace planner {
 
-// Rows that are looked at: `index`, or the first `count` where there is no index.
+// Selected rows: `index`, or the first `count` without an index.
 struct Rows {
     int64_t count;
     const int64_t* index;
@@ -20,17 +20,17 @@ struct Rows {
     }
 };
 
-// Arcs of rows in compressed form: row i is min over its arcs of slope * y[head] + offset; slopes are 1 where there
-// are none.
+// Arcs of rows in compressed form: the parent value of row i is the minimum of slope * y[head] + offset over its arcs;
+// without slopes, they are 1.
 struct Arcs {
     std::vector<int64_t> first;
     std::vector<int32_t> head;
     std::vector<double> slope, offset;
-    int64_t states = 0;  // that there are at least: every head is below
+    int64_t states = 0;  // number of states, above every head
 
     int64_t rows() const { return static_cast<int64_t>(first.size()) - 1; }
 
-    // Refuse fewer states than there are rows and heads, and rows that there are not.
+    // Refuse fewer states than rows and heads, and rows out of range.
     void require_states(const Rows& those, int64_t there) const {
         require(there >= states && there >= rows(), "an arc reads what is no state");
         those.require_within(rows());
@@ -47,10 +47,10 @@ struct Arcs {
     }
 };
 
-// The fewest arcs from each of `count` nodes to a source, -1 where there is no path: breadth first, against the arcs.
+// Fewest arcs from each of `count` nodes to a source, -1 without a path: breadth first, against the arcs.
 inline void hops_to_source(int64_t count, const int64_t* first, const int64_t* head, int64_t source_count,
                            const int64_t* sources, int64_t* hops) {
-    std::vector<int64_t> end(count + 1);  // where the readers of a node end, once they are sorted in
+    std::vector<int64_t> end(count + 1);  // end of the readers of each node
     for (int64_t a = 0; a < first[count]; ++a) ++end[head[a] + 1];
     for (int64_t n = 0; n < count; ++n) end[n + 1] += end[n];
     std::vector<int32_t> reader(first[count]);
@@ -62,14 +62,14 @@ inline void hops_to_source(int64_t count, const int64_t* first, const int64_t* h
     for (int64_t source : reached) hops[source] = 0;
     reached.reserve(count);
     for (size_t k = 0; k < reached.size(); ++k) {
-        heed_at(static_cast<int64_t>(k));
+        poll_signal_at(static_cast<int64_t>(k));
         const int64_t node = reached[k];
         for (int64_t r = node ? end[node - 1] : 0; r < end[node]; ++r)
             if (hops[reader[r]] < 0) hops[reader[r]] = hops[node] + 1, reached.push_back(reader[r]);
     }
 }
 
-// The disequilibria of some rows that are not at rest, of at most one block, and what is left of them.
+// Nonzero disequilibria of a block of rows, before and after the flow.
 struct Moving {
     int n = 0;
     int at[flow_block];
@@ -84,7 +84,7 @@ struct Moving {
     }
 };
 
-// next = y - xhat, the parent value, plus what the sketched flow leaves of xhat.
+// next = y - xhat (the parent value) + xhat after the flow, in the order brake, sink.
 inline void sketch_rows(const Flow& flow, const Rows& rows, int64_t begin, int64_t end, const double* y,
                         const double* xhat, double dtau, double* next) {
     Moving moving;
@@ -96,7 +96,7 @@ inline void sketch_rows(const Flow& flow, const Rows& rows, int64_t begin, int64
     }
 }
 
-// next = m plus what the flow leaves of y - m; how far off that may be, see Stepper.advance in gabf/splitting.py.
+// next = m + (y - m) after the flow; returns an error estimate, see Parents.step in gabf/splitting.py.
 inline double advance_rows(const Flow& flow, const Rows& rows, int64_t begin, int64_t end, const double* m,
                            const double* y, const double* xhat, double dtau, double size, double* next) {
     Moving moving;
@@ -110,42 +110,42 @@ inline double advance_rows(const Flow& flow, const Rows& rows, int64_t begin, in
         const int64_t at = begin + moving.at[k], row = rows[at];
         const double s = moving.before[k], left = moving.left[k], moved = m[at] - (y[row] - xhat[row]);
         next[row] = m[at] + left;
-        if (next[row] == y[row]) next[row] = std::nextafter(y[row], m[at]);  // or rounding would hold it there for ever
+        if (next[row] == y[row]) next[row] = std::nextafter(y[row], m[at]);  // rounding must not stop the row
         const double scale = (size + std::abs(xhat[row])) * std::abs(s);
         if (scale > 0.0) largest = std::max(largest, std::abs(moved * (s - left)) / scale);
     }
     return largest;
 }
 
-// How rows stand: the largest distance of a state from its parent value, between what the states lie, and the least of
-// the states and parent values of those that move.
-struct Standing {
+// Residuals of rows: the largest |y - m|, the range of the states, and the smallest state or parent value of rows that
+// move.
+struct Residuals {
     static constexpr double nowhere = std::numeric_limits<double>::infinity();
     double residual = 0.0, lowest = nowhere, highest = -nowhere, lowest_moving = nowhere;
 
-    void add(const Standing& other) {
+    void add(const Residuals& other) {
         residual = std::max(residual, other.residual);
         lowest = std::min(lowest, other.lowest), highest = std::max(highest, other.highest);
         lowest_moving = std::min(lowest_moving, other.lowest_moving);
     }
 };
 
-// xhat = y - m of the rows.
-inline Standing stand_rows(const Arcs& arcs, const Rows& rows, int64_t begin, int64_t end, const double* y,
-                           double* xhat) {
-    Standing found;
+// Write xhat = y - m of the rows.
+inline Residuals measure_rows(const Arcs& arcs, const Rows& rows, int64_t begin, int64_t end, const double* y,
+                              double* xhat) {
+    Residuals found;
     for (int64_t k = begin; k < end; ++k) {
         const int64_t row = rows[k];
         const double m = arcs.parent_value(row, y), s = y[row] - m;
         xhat[row] = s;
         found.residual = std::max(found.residual, std::abs(s));
-        found.lowest_moving = std::min(found.lowest_moving, s != 0.0 ? std::min(y[row], m) : Standing::nowhere);
+        found.lowest_moving = std::min(found.lowest_moving, s != 0.0 ? std::min(y[row], m) : Residuals::nowhere);
     }
     return found;
 }
 
-inline Standing range_of(const double* y, int64_t begin, int64_t end) {
-    Standing found;
+inline Residuals range_of(const double* y, int64_t begin, int64_t end) {
+    Residuals found;
     for (int64_t k = begin; k < end; ++k)
         found.lowest = std::min(found.lowest, y[k]), found.highest = std::max(found.highest, y[k]);
     return found;

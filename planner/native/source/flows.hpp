@@ -1,4 +1,4 @@
-// The flows of the laws while parent values are held: s' = -(beta1 |s|^p + beta2 |s|^q) sgn(s), or s' = -s.
+// The flows of the laws for fixed parent values: s' = -(beta1 |s|^p + beta2 |s|^q) sgn(s), or s' = -s.
 #pragma once
 
 #include <algorithm>
@@ -10,7 +10,7 @@
 
 namespace planner {
 
-// Logarithms and powers to some 1e-14, written without branches and calls, so that compilers work on many at a time.
+// Logarithms and powers to about 1e-14, without branches and calls, so that compilers vectorize them.
 
 INLINED uint64_t bits_of(double x) {
     uint64_t bits;
@@ -26,7 +26,7 @@ INLINED double of_bits(uint64_t bits) {
 
 constexpr double smallest_normal = 0x1p-1022;
 
-// log2 x for x >= 0; below the smallest normal number that of it, -1022.
+// log2 x for x >= 0; -1022 below the smallest normal number.
 //
 // x = 2^k m with m in [sqrt(1/2), sqrt(2)), and ln m = 2 artanh(s), s = (m - 1) / (m + 1): the series of artanh ends
 // below the last bit, as s^2 <= 0.0295.
@@ -53,11 +53,11 @@ INLINED double log2_of(double x) {
     return k + (first + first * (series * z));
 }
 
-// 2^t, with t brought into [-1022, 1023].
+// 2^t, with t clamped to [-1022, 1023].
 //
 // t = k + z / ln 2 with |z| <= ln(2) / 2: the series of e^z ends below the last bit.
 INLINED double exp2_of(double t) {
-    constexpr double shift = 0x1.8p52;  // its last bit counts ones
+    constexpr double shift = 0x1.8p52;  // its last bit is the unit
     t = t > -1022.0 ? t : -1022.0;
     t = t < 1023.0 ? t : 1023.0;
     const double shifted = t + shift, z = (t - (shifted - shift)) * 0.6931471805599453;
@@ -83,17 +83,17 @@ struct Flow {
     double beta1, beta2, below, above;
 };
 
-// The order in which the two powers act over a step.
+// Order of the two powers in a step.
 enum Order { strang, brake_then_sink, sink_then_brake };
 
-constexpr int flow_block = 256;  // sizes that are worked on at once: they stay in the nearest cache
+constexpr int flow_block = 256;  // sizes per block, which fit the first-level cache
 
-// How the sizes of a block move in three parts: the power below 1 alone, the power above 1, the power below 1 again.
+// A step of three parts: the power below 1, the power above 1, and the power below 1.
 //
 // With u = s^below the power below 1 takes beta1 below dtau off u, down to 0, and the power above 1 divides u by
-// (1 + g)^(below / above), g = beta2 above dtau s^above. Where g is beyond 2^600 the 1 is lost, and g may overflow.
+// (1 + g)^(below / above), g = beta2 above dtau s^above. Beyond g = 2^600 the 1 is below the last bit, and g can overflow.
 struct Parts {
-    double first, second;  // what the power below 1 takes off u
+    double first, second;  // decrements of u by the power below 1
     double log_growth;     // log2(beta2 above dtau)
 };
 
@@ -122,7 +122,7 @@ VERSIONS("avx512f", "avx2") inline void powers_move(const Flow& flow, const Part
         for (int k = 0; k < n; ++k) u[k] = exp2_of(logs[k] + growth[k]);
     }
     for (int k = 0; k < n; ++k) u[k] = u[k] > parts.second ? u[k] - parts.second : 0.0;
-    if (root == 2.5) {  // of the paper's p
+    if (root == 2.5) {  // p of the paper
         for (int k = 0; k < n; ++k) u[k] = u[k] * u[k] * std::sqrt(u[k]);
     } else {
         for (int k = 0; k < n; ++k) logs[k] = root * log2_of(u[k]);
@@ -131,29 +131,29 @@ VERSIONS("avx512f", "avx2") inline void powers_move(const Flow& flow, const Part
     for (int k = 0; k < n; ++k) size[k] = u[k] < size[k] ? u[k] : size[k];
 }
 
-// An exponent so near 1 that its root would lose more than three digits.
+// For exponents so close to 1 that the root loses more than three digits.
 constexpr double near_one = 1e-3;
 
-inline double sunk(const Flow& flow, double size, double dtau) {
+inline double sink(const Flow& flow, double size, double dtau) {
     const double fall = flow.below * flow.beta1 * dtau;
     if (size == 0.0) return 0.0;
     if (flow.below >= near_one) return std::pow(std::max(std::pow(size, flow.below) - fall, 0.0), 1.0 / flow.below);
     return size * std::exp(std::log1p(-std::min(fall * std::pow(size, -flow.below), 1.0)) / flow.below);
 }
 
-inline double braked(const Flow& flow, double size, double dtau) {
+inline double brake(const Flow& flow, double size, double dtau) {
     const double fall = flow.above * flow.beta2 * dtau, growth = fall * std::pow(size, flow.above);
-    if (growth > 0x1p600) return std::pow(fall, -1.0 / flow.above);  // its start is forgotten to the last bit
+    if (growth > 0x1p600) return std::pow(fall, -1.0 / flow.above);  // independent of the start, to the last bit
     return size * std::exp(std::log1p(growth) / -flow.above);
 }
 
 inline double near_one_moves(const Flow& flow, Order order, double size, double dtau) {
-    if (order == brake_then_sink) return sunk(flow, braked(flow, size, dtau), dtau);
-    if (order == sink_then_brake) return braked(flow, sunk(flow, size, dtau), dtau);
-    return sunk(flow, braked(flow, sunk(flow, size, 0.5 * dtau), dtau), 0.5 * dtau);
+    if (order == brake_then_sink) return sink(flow, brake(flow, size, dtau), dtau);
+    if (order == sink_then_brake) return brake(flow, sink(flow, size, dtau), dtau);
+    return sink(flow, brake(flow, sink(flow, size, 0.5 * dtau), dtau), 0.5 * dtau);
 }
 
-// Sizes |s| (n at most flow_block), moved in place by dtau; those at 0 stay there, none grows.
+// Move sizes |s| (n at most flow_block) by dtau, in place; 0 stays 0, and no size grows.
 inline void flow_moves(const Flow& flow, Order order, double dtau, int n, double* size) {
     if (flow.below == 0.0) {
         const double left = std::exp(-dtau);

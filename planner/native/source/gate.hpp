@@ -1,29 +1,29 @@
-// The judgement on a chunk of joint targets, all at once: what the controller makes of it, limits, a stop from every point,
-// and one proof of all these curves together.
+// The check of a chunk of joint targets: the controller's motion, limits, a stop from every point, and one proof of all
+// these curves.
 #pragma once
 
 #include <memory>
 #include <mutex>
 
 #include "kinematics.hpp"
-#include "stops.hpp"
-#include "together.hpp"
+#include "stopping.hpp"
+#include "box_proof.hpp"
 
 namespace planner {
 
-constexpr double longest_time = 9e9;           // s that nanoseconds count
-constexpr size_t most_kept = size_t{1} << 17;  // numbers of a chunk's curves: the memory of longer ones is freed
+constexpr double longest_time = 9e9;           // s, largest time in nanoseconds
+constexpr size_t most_kept = size_t{1} << 17;  // numbers of curves whose memory is reused
 
-// The first of pieces (count, degree + 1, dof) that is beyond a limit, by its exact extrema, or -1: positions from lower to
-// upper (dof,), and `most` (kinds, dof), infinite where there is none, of so many derivatives by time, of pieces that take
-// `seconds` (count,). `where` is the derivative, and the joint that is beyond it most.
+// The first of pieces (count, degree + 1, dof) that violates a limit, by exact extrema, or -1. Limits are `lower`, `upper`
+// (dof,) on positions, and `most` (kinds, dof), infinite for none, on derivatives by time; pieces take `seconds` (count,).
+// `where` becomes the derivative and the joint with the largest violation.
 inline int64_t first_beyond(int64_t count, int degree, int dof, const double* c, const double* seconds, int kinds,
                             const double* most, const double* lower, const double* upper, int* where) {
     const size_t size = (static_cast<size_t>(degree) + 1) * dof;
     std::vector<double> slopes(size), hulls(size);  // (left + 1, dof)
     double own[highest_degree + 1], least, largest;
     for (int64_t k = 0; k < count; ++k) {
-        heed_at(k);
+        poll_signal_at(k);
         std::copy(c + k * size, c + (k + 1) * size, slopes.begin());
         double unit = 1.0;
         for (int order = 0, left = degree; order <= kinds; ++order, unit *= seconds[k]) {
@@ -50,8 +50,8 @@ inline int64_t first_beyond(int64_t count, int degree, int dof, const double* c,
     return -1;
 }
 
-// The stop from a state q, v, a (dof,), as python/gate.hpp has it: pieces (2, 5, dof) and their seconds (2,), both 0 where
-// there is none; then `worst` is the kind of limit that is in the way, and the joint. `end` (3 dof,) is to work in.
+// The stop from a state q, v, a (dof,): pieces (2, 5, dof) and their seconds (2,), both 0 without a stop; then `worst` has
+// the kind of limit and the joint that prevent it. `end` (3 dof,) is working memory.
 inline void stop_from(const double* q, int dof, const std::vector<double>& times, const StopLimits* limits,
                       double* pieces, double* seconds, int* worst, double* end) {
     const double *v = q + dof, *a = v + dof;
@@ -78,19 +78,19 @@ inline void stop_from(const double* q, int dof, const std::vector<double>& times
     }
 }
 
-// What is asked of chunks, beside clearance.
+// Rules of chunks, apart from clearance.
 struct GateRules {
     int dof;
-    std::vector<double> most, lower, upper;  // (3, dof) and (dof,) as first_beyond has them, and on positions of stops
+    std::vector<double> most, lower, upper;  // (3, dof), (dof,) as in first_beyond, also for stops
     std::vector<StopLimits> limits;
-    std::vector<double> times;           // s that stops may take, ascending
-    std::vector<double> least, largest;  // (dof,) where the robot may be
-    std::vector<uint8_t> is_wheel;       // (dof,) of joints that may get anywhere either way round
-    double apart;                        // rad, rad/s that a point at 0 s may be from the robot's state
-    double most_given;                   // of what is given, in any unit
+    std::vector<double> times;           // s, durations of stops, ascending
+    std::vector<double> least, largest;  // (dof,) range of the robot's state
+    std::vector<uint8_t> is_wheel;       // (dof,) continuous joints
+    double apart;                        // rad, rad/s, largest distance of a point at 0 s from the state
+    double most_given;                   // largest input number, in any unit
 };
 
-// What a controller makes of k points. Arrays are those of who asks; what they hold stands in ../gate.py.
+// The controller's motion through k points, in arrays of the caller; see Chunk in planner/session/verdict.py.
 struct Chunk {
     int count = 0, degree = 0;
     bool rough = false, approached = false;
@@ -98,8 +98,8 @@ struct Chunk {
 
     double* knot(int i, int order, int dof) const { return knots + (static_cast<size_t>(i) * 3 + order) * dof; }
 
-    // From times (k,), `state_rows` of the robot's state (dof,) each, and `rows` columns (k, dof), all in `given`. Whether
-    // all of it can be used.
+    // Build from `given`: times (k,), `state_rows` rows of the state (dof,), and `rows` columns (k, dof). Returns whether
+    // all numbers are usable.
     bool build(const GateRules& rules, int k, int rows, int state_rows, const double* given) {
         const int dof = rules.dof;
         const size_t size = static_cast<size_t>(k) * dof;
@@ -136,7 +136,7 @@ struct Chunk {
         return true;
     }
 
-    // How far a first point at 0 s is from the robot's state in derivatives from `low` to `high`; of which joint.
+    // Largest distance of a first point at 0 s from the state in derivatives `low` to `high`, and its joint.
     double jump(int low, int high, int dof, int* joint) const {
         double most = 0.0, unit = 1.0;
         for (int order = 0; order <= high && approached; ++order, unit *= order / seconds[0])
@@ -148,7 +148,7 @@ struct Chunk {
     }
 
    private:
-    // The piece between two knots, by the `rows` that it keeps of them; and the velocity with which a line ends.
+    // The piece between two knots, from `rows` derivatives; a line also sets the velocity at its end.
     void lead(int i, int rows, int dof) {
         const double h = seconds[i], *a = knot(i, 0, dof), *b = knot(i + 1, 0, dof);
         double* c = pieces + static_cast<size_t>(i) * (degree + 1) * dof;
@@ -171,48 +171,49 @@ struct Chunk {
         }
     }
 
-    // The acceleration with which a cubic ends; the next piece begins with another one.
+    // The acceleration at the end of a cubic; the next piece begins with another one.
     void arrive(int i, int dof) {
         const double *c = pieces + static_cast<size_t>(i) * (degree + 1) * dof, h = seconds[i];
         for (int j = 0; j < dof; ++j) knot(i + 1, 2, dof)[j] = (2.0 * c[2 * dof + j] + 6.0 * c[3 * dof + j]) / (h * h);
     }
 };
 
-// What the judgement comes to. Numbers of kinds of reasons, and of what is not safe, as planner/gate/judging.py has them.
+// The result of a check. Numbers of reasons and places are those of planner/session/verdict.py.
 enum Reason : int64_t { no_reason = 0, not_there = 1, beyond_limit = 2, not_proven = 3 };
 enum Place : int64_t { on_approach = 0, on_motion = 1, on_stop = 2 };
 struct Judgement {
     int64_t usable = 0, count = 0, rough = 0, approached = 0;
     int64_t reason = no_reason, place = on_motion, piece = 0;  // the bad piece, or the one before the bad stop
-    int64_t kind = 0, joint = 0;                               // of the limit that is broken; 3: on positions, of stops
-    int64_t pair = -1, touches = 0;  // of what is not proven: 1 for a contact, 2 where distances alone do not tell
-    int64_t pieces = 0, proven = 0;  // that were to be proven, and their curves that are
-    int64_t may_hold = 0;            // whether one thing may be inside another where the robot is
+    int64_t kind = 0, joint = 0;                               // of the violated limit; 3: positions, of stops
+    int64_t pair = -1, touches = 0;                            // unproven pair; 1: contact, 2: undecided by bounds
+    int64_t pieces = 0, proven = 0;                            // pieces to prove, and number of proven curves
+    int64_t may_hold = 0;                                      // whether a body can be inside another at the state
 };
 
-// Whether what stopped a proof is a contact, or within the margin: 1, 0, or 2 where only distances of surfaces can tell.
+// Whether the pair that stopped a proof is within the margin: 1, 0, or 2 if only exact distances can decide.
 inline int64_t touches(const World& world, const Proof& proof) {
-    constexpr double tolerance = 1e-6;  // m: bounds between planes are so close
+    constexpr double tolerance = 1e-6;  // m, accuracy of bounds by planes
     if (proof.pair < 0 || !(proof.gap <= tolerance)) return 0;
     const Pair& pair = world.pairs[proof.pair];
     const double dents = world.items[pair.first].solid->depth + world.items[pair.second].solid->depth;
     return proof.gap + world.margin <= dents || proof.gap + dents <= tolerance ? 1 : 2;
 }
 
-// A world and the rules of it; any number of threads may ask at once, each works in a place of its own.
+// A world with its rules; threads can check at once, each in its own workspace.
 class Gate {
    public:
-    // The world, the bounds and the boxes have to stay where they are. Obstacles have speed limits if `is_timed`.
-    Gate(const World& world, const Bounds& bounds, const PointsInBoxes& boxes, bool is_timed, double room,
+    // World, bounds and boxes must outlive the gate. `is_timed`: obstacles have speed limits.
+    Gate(const World& world, const Bounds& bounds, const PointsInBoxes& boxes, bool is_timed, double resolution,
          GateRules rules)
-        : world_(world), bounds_(bounds), boxes_(boxes), is_timed_(is_timed), room_(room), rules_(std::move(rules)) {
-        idle_.push_back(new_place());
+        : world_(world), bounds_(bounds), boxes_(boxes), is_timed_(is_timed), resolution_(resolution),
+          rules_(std::move(rules)) {
+        idle_.push_back(new_workspace());
     }
 
     const GateRules& rules() const { return rules_; }
 
-    // Judge a chunk that is made of what is `given`, with or without stops. `at` (1 + dof,) becomes the share of the bad
-    // curve where its proof stopped, and the configuration there.
+    // Build a chunk from `given` and check it, with or without stops. `at` (1 + dof,) becomes the share of the bad curve
+    // where its proof stopped, and the configuration there.
     Judgement judge(Chunk& chunk, int k, int rows, int state_rows, const double* given, bool stop, double* at) {
         Judgement found;
         if (!chunk.build(rules_, k, rows, state_rows, given)) return found;
@@ -221,7 +222,8 @@ class Gate {
         int where[2] = {0, 0};
         int64_t bad = first_beyond(chunk.count, chunk.degree, dof, chunk.pieces, chunk.seconds, (chunk.degree + 1) / 2,
                                    rules_.most.data(), rules_.lower.data(), rules_.upper.data(), where);
-        for (int j = 0; j < dof && state_rows && chunk.degree == 1; ++j)  // of other curves it is where they begin
+        for (int j = 0; j < dof && state_rows && chunk.degree == 1;
+             ++j)  // other curves begin at the velocity of the state
             if (!(std::fabs(chunk.knot(0, 1, dof)[j]) <= rules_.most[j])) bad = 0, where[0] = 1, where[1] = j;
         if (bad >= 0) found.reason = beyond_limit, found.kind = where[0], found.joint = where[1], found.piece = bad;
         const int known = std::min(rows, state_rows) - 1;  // derivatives of both the state and the first point
@@ -230,7 +232,7 @@ class Gate {
             found.piece = bad = 0;
         if (chunk.jump(0, std::min(known, 1), dof, where) > rules_.apart)
             found.reason = not_there, found.place = on_approach, found.joint = where[0], found.piece = bad = 0;
-        auto place = taken();
+        auto place = take_workspace();
         place->prepare(chunk, dof, stop);
         found.pieces = bad < 0 ? chunk.count : bad;
         for (int64_t i = 0; i < found.pieces && stop; ++i) {
@@ -242,14 +244,14 @@ class Gate {
             found.joint = where[1], found.piece = found.pieces = i;
         }
         prove(chunk, *place, stop, found, at);
-        given_back(std::move(place));
+        return_workspace(std::move(place));
         return found;
     }
 
    private:
-    // What one thread works in.
-    struct Room {
-        Room(const World& world, const Bounds& bounds) : prover(world, bounds) {}
+    // Working memory of a thread.
+    struct Workspace {
+        Workspace(const World& world, const Bounds& bounds) : prover(world, bounds) {}
 
         void prepare(const Chunk& chunk, int dof, bool stop) {
             const size_t count = chunk.count, curves_of = 1 + (stop ? 3 : 1) * count;
@@ -273,8 +275,8 @@ class Gate {
         std::vector<Proof> proofs;
     };
 
-    // Prove the pieces that are within limits, each with the stop behind it, and what leads to the first point before.
-    void prove(const Chunk& chunk, Room& here, bool stop, Judgement& found, double* at) const {
+    // Prove the approach to the first point, and the pieces within limits, each with the stop behind it.
+    void prove(const Chunk& chunk, Workspace& here, bool stop, Judgement& found, double* at) const {
         const int dof = rules_.dof, powers = chunk.degree + 1;
         if (chunk.approached) here.add(chunk.approach, 2, dof, {}, on_approach, 0);
         for (int k = 0; k < found.pieces; ++k) {
@@ -289,7 +291,7 @@ class Gate {
         }
         if (!here.count_) return;
         const size_t size = (static_cast<size_t>(here.degree) + 1) * dof;
-        int usable = 0;  // and those behind it go too far
+        int usable = 0;  // curves behind it exceed the range of proofs
         while (usable < here.count_ && within(here.curves.data() + usable * size, size, farthest) &&
                (!is_timed_ || here.spans[usable].holds()))
             ++usable;
@@ -298,7 +300,7 @@ class Gate {
         const Pieces curves{here.curves.data(), usable, here.degree, dof};
         if (usable) {
             boxes_.find(1, curves.coefficients, [&](int, int, const Vec&) { found.may_hold = 1; });
-            Together(here.prover, curves, is_timed_ ? here.spans.data() : nullptr, room_, here.proofs.data())
+            BoxProof(here.prover, curves, is_timed_ ? here.spans.data() : nullptr, resolution_, here.proofs.data())
                 .prove(0, usable);
         }
         const auto bad = std::find_if(here.proofs.begin(), here.proofs.end(),
@@ -311,8 +313,8 @@ class Gate {
         curves.at(static_cast<int>(found.proven), bad->where, at + 1);
     }
 
-    std::unique_ptr<Room> new_place() const { return std::make_unique<Room>(world_, bounds_); }
-    std::unique_ptr<Room> taken() {
+    std::unique_ptr<Workspace> new_workspace() const { return std::make_unique<Workspace>(world_, bounds_); }
+    std::unique_ptr<Workspace> take_workspace() {
         {
             const std::lock_guard<std::mutex> alone(alone_);
             if (!idle_.empty()) {
@@ -321,9 +323,9 @@ class Gate {
                 return place;
             }
         }
-        return new_place();
+        return new_workspace();
     }
-    void given_back(std::unique_ptr<Room> place) {
+    void return_workspace(std::unique_ptr<Workspace> place) {
         if (place->curves.capacity() > most_kept) return;
         const std::lock_guard<std::mutex> alone(alone_);
         idle_.push_back(std::move(place));
@@ -333,10 +335,10 @@ class Gate {
     const Bounds& bounds_;
     const PointsInBoxes& boxes_;
     const bool is_timed_;
-    const double room_;
+    const double resolution_;
     const GateRules rules_;
     std::mutex alone_;
-    std::vector<std::unique_ptr<Room>> idle_;
+    std::vector<std::unique_ptr<Workspace>> idle_;
 };
 
 }  // namespace planner

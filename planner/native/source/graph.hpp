@@ -1,4 +1,4 @@
-// Lengths of detours in a graph: how far it is between two nodes, as long as that is not farther than a limit.
+// Shortest paths in graphs: lengths of detours up to a limit, and Dijkstra's search from goals.
 #pragma once
 
 #include <queue>
@@ -28,14 +28,14 @@ struct Graph {
     }
 };
 
-// Searches from both ends (Pohl 1971); what it works in is cleared of what it touched, so that a short search is cheap.
+// Bidirectional search (Pohl 1971); only visited nodes are reset afterwards, so a short search is cheap.
 class DetourSearch {
    public:
     explicit DetourSearch(const Graph& graph) : graph_(graph) {
         for (Side& side : sides_) side.away.assign(graph.nodes, infinity);
     }
 
-    // The length of the shortest path between two nodes; infinite where it is longer than `limit`.
+    // Length of the shortest path between two nodes; infinite if it exceeds `limit`.
     double length(int a, int b, double limit) {
         if (a == b) return 0.0;
         sides_[0].begin(a), sides_[1].begin(b);
@@ -44,7 +44,7 @@ class DetourSearch {
             const double first = sides_[0].open.top().first, second = sides_[1].open.top().first;
             if (first + second >= best || first + second > limit) break;
             Side &here = sides_[first <= second ? 0 : 1], &other = sides_[first <= second ? 1 : 0];
-            heed_at(++rounds_);
+            poll_signal_at(++rounds_);
             const auto [away, node] = here.open.top();
             here.open.pop();
             if (away > here.away[node]) continue;
@@ -89,12 +89,12 @@ inline void require_arcs(int nodes, int arcs, const int64_t* ends, const double*
     require(not_negative(costs, arcs, infinity), "a cost is negative or no number");
 }
 
-// Dijkstra's search from goals, against directed arcs (tail, head); equal costs are taken in the order of nodes.
+// Dijkstra's search from goals, against directed arcs (tail, head); ties are resolved by the order of nodes.
 class CostSearch {
    public:
-    std::vector<double> cost;  // of the cheapest path to a goal and of that goal; infinite where none was found
-    std::vector<int> next;     // the node behind this one on that path, -1 at goals
-    std::vector<int> by;       // the arc that leads there
+    std::vector<double> cost;  // of the cheapest path to a goal, plus that goal's value; infinite without a path
+    std::vector<int> next;     // next node on that path, -1 at goals
+    std::vector<int> by;       // arc to the next node
 
     CostSearch(int nodes, int arcs, const int64_t* ends, const double* costs)
         : cost(nodes, infinity), next(nodes, -1), by(nodes, -1), first_(nodes + 1), into_(arcs) {
@@ -104,7 +104,7 @@ class CostSearch {
         for (int a = 0; a < arcs; ++a) into_[free[ends[2 * a + 1]]++] = {static_cast<int>(ends[2 * a]), a, costs[a]};
     }
 
-    // Goes on until `last` says that a node is the last one; returns that, or -1. `values` are the goals' own costs.
+    // Search until `last(node)` holds; returns that node, or -1. `values` are costs of the goals, or null.
     template <typename Last>
     int run(const std::vector<int>& goals, const double* values, Last last) {
         std::vector<char> is_goal(cost.size());
@@ -114,7 +114,7 @@ class CostSearch {
             open.push({cost[goals[k]], goals[k]});
         }
         for (int64_t round = 0; !open.empty(); ++round) {
-            heed_at(round);
+            poll_signal_at(round);
             const auto [here, node] = open.top();
             open.pop();
             if (here > cost[node]) continue;

@@ -10,7 +10,7 @@ namespace planner {
 
 // The rotation vector of a rotation: its axis times its angle, at most pi.
 inline Vec rotation_vector(const Mat& r) {
-    // as a quaternion (w, x, y, z), from its largest entry, so that nothing cancels
+    // as a quaternion (w, x, y, z), from its largest entry, to avoid cancellation
     const double* m = r.m;
     const double four[4] = {1 + m[0] + m[4] + m[8], 1 + m[0] - m[4] - m[8], 1 - m[0] + m[4] - m[8],
                             1 - m[0] - m[4] + m[8]};
@@ -26,7 +26,7 @@ inline Vec rotation_vector(const Mat& r) {
     return scale * v;
 }
 
-// How the rotation vector changes as its rotation goes on turning by `turned`, seen from the body (Chirikjian 2012).
+// Derivative of the rotation vector for a rotation by `turned` in the body frame (Chirikjian 2012).
 inline Vec rotation_vector_rate(Vec vector, Vec turned) {
     const double angle = length(vector);
     const double share = angle < 1e-4
@@ -53,12 +53,12 @@ inline void solve_positive(double* a, double* b, int n) {
     }
 }
 
-// What tool is to go where: to a point (3 rows), to a frame (6), or to one about whose z axis it may turn (5). Limits
-// (dof,); joints that wrap have none.
+// A task of inverse kinematics: the tool at a point (3 rows), at a frame (6), or at a frame free to turn about z (5).
+// Limits (dof,); joints that wrap have none.
 struct Task {
     const Chain& chain;
-    int last;    // joint that carries the tool
-    Frame tool;  // in its frame
+    int last;    // joint of the tool
+    Frame tool;  // in the frame of this joint
     int rows;
     double weight;  // of a metre against a radian
     const double *lower, *upper;
@@ -71,15 +71,15 @@ class Descent {
         : task_(task), target_(), dof_(task.chain.dof()), rows_(task.rows), frames_(task.chain.size() + 1),
           linear_(dof_), angular_(dof_), jacobian_(6 * dof_), there_(6 * dof_), moved_(dof_) {}
 
-    // Levenberg-Marquardt from q to a target in the world; q becomes where it ends. A step that does not come nearer is
-    // damped more.
+    // Levenberg-Marquardt from q to a target in the world; q becomes the result. A step that does not reduce the error
+    // increases the damping.
     void run(double* q, const Frame& target, int iterations) {
         target_ = target;
         constexpr double largest_step = 0.5, near = 1e-7, hopeless = 1e6;  // rad, m or rad
         double error[6], error_there[6], damping = 1e-3;
         double size = look(q, error, jacobian_.data());
         for (int round = 0; round < iterations && size >= near * near && damping <= hopeless; ++round) {
-            heed_at(round);
+            poll_signal_at(round);
             double square[36], step[6], most = 1e-12;
             for (int i = 0; i < rows_; ++i)
                 for (int k = 0; k < rows_; ++k) {
@@ -111,44 +111,44 @@ class Descent {
         }
     }
 
-    // How far (m) the tool is from the target at q, and by which angle (rad) it, or its z axis, is turned from it.
+    // Distance (m) of the tool to the target at q, and angle (rad) of the tool, or of its z axis.
     void miss(const double* q, double& distance, double& angle) {
         task_.chain.place(q, frames_.data());
         const Frame& joint = frames_[task_.last];
         distance = length(joint * task_.tool.shift - target_.shift);
         angle = 0.0;
         if (rows_ == 3) return;
-        const Mat turn = turned_by(joint.turn * task_.tool.turn);
+        const Mat turn = rotation_to(joint.turn * task_.tool.turn);
         angle = rows_ == 6 ? length(rotation_vector(turn)) : std::atan2(std::hypot(turn.m[2], turn.m[5]), turn.m[8]);
     }
 
    private:
-    // The turn from the target to a tool's.
-    Mat turned_by(const Mat& tool) const {
+    // Rotation from the target to the tool.
+    Mat rotation_to(const Mat& tool) const {
         Mat back;
         for (int i = 0; i < 3; ++i)
             for (int j = 0; j < 3; ++j) back.m[3 * i + j] = target_.turn.m[3 * j + i];
         return back * tool;
     }
 
-    // The error at q, seen from the target and weighted, its Jacobian (rows, dof), and the square of the error.
+    // The weighted error at q in the target frame, its Jacobian (rows, dof); returns the square of the error.
     double look(const double* q, double* error, double* jacobian) {
         task_.chain.place(q, frames_.data());
         task_.chain.jacobian(frames_.data(), task_.last, task_.tool.shift, linear_.data(), angular_.data());
         const Frame& joint = frames_[task_.last];
         const Mat turn = joint.turn * task_.tool.turn;
-        const Vec apart = task_.weight * turned_back(target_.turn, joint * task_.tool.shift - target_.shift);
+        const Vec apart = task_.weight * rotate_back(target_.turn, joint * task_.tool.shift - target_.shift);
         error[0] = apart.x, error[1] = apart.y, error[2] = apart.z;
         Vec vector;
         if (rows_ > 3) {
-            vector = rotation_vector(turned_by(turn));
-            error[3] = vector.x, error[4] = vector.y, error[5] = vector.z;  // the last one is not among 5 rows
+            vector = rotation_vector(rotation_to(turn));
+            error[3] = vector.x, error[4] = vector.y, error[5] = vector.z;  // 5 rows omit the last one
         }
         for (int j = 0; j < dof_; ++j) {
-            const Vec column = task_.weight * turned_back(target_.turn, linear_[j]);
+            const Vec column = task_.weight * rotate_back(target_.turn, linear_[j]);
             jacobian[j] = column.x, jacobian[dof_ + j] = column.y, jacobian[2 * dof_ + j] = column.z;
             if (rows_ > 3) {
-                const Vec rate = rotation_vector_rate(vector, turned_back(turn, angular_[j]));
+                const Vec rate = rotation_vector_rate(vector, rotate_back(turn, angular_[j]));
                 jacobian[3 * dof_ + j] = rate.x, jacobian[4 * dof_ + j] = rate.y, jacobian[5 * dof_ + j] = rate.z;
             }
         }

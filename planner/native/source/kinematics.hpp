@@ -1,4 +1,4 @@
-// The joint tree of a robot: where its links are, the tool's Jacobian and manipulability.
+// The joint tree of a robot: placements of links, Jacobian and manipulability of the tool.
 #pragma once
 
 #include <algorithm>
@@ -9,16 +9,16 @@
 
 namespace planner {
 
-constexpr double half_turn = M_PI - 1e-9;  // rad: who is told the ends alone turns the other way beyond that
+constexpr double half_turn = M_PI - 1e-9;  // rad: two ends determine the direction of smaller turns only
 
 struct Joint {
-    int parent;  // 0 the base, else the number of a joint + 1
+    int parent;  // 0 for the base, else 1 + number of a joint
     bool prismatic;
-    int leader;           // the planned joint that it is, or that it follows
-    double factor, zero;  // its value is factor times the leader's, plus zero: 1 and 0 where it is planned
+    int leader;           // the planned joint, itself or the one that it follows
+    double factor, zero;  // value = factor * leader's value + zero; 1 and 0 for a planned joint
     Mat turns[3];         // placement P, P [a], P [a] [a]: Rodrigues' formula
     Vec offset, slide;    // in the parent's frame
-    Vec axis;             // in its own frame, which is also the one it turns about in P's frame
+    Vec axis;             // in its own frame, and in P's frame
 };
 
 template <class T>
@@ -28,8 +28,8 @@ INLINED MatOf<T> as(const Mat& a) {
     return b;
 }
 
-// The value x, sin(x) and 1 - cos(x) of joint after joint, at one configuration or with T = Four at four: the same bits.
-// Of several joints at once: one series waits for itself all the time.
+// The value x, sin(x) and 1 - cos(x) of each joint, at one configuration or with T = Four at four: the same bits. Several
+// joints are computed at once, as one series has long dependencies.
 template <class T>
 class JointSines {
    public:
@@ -63,14 +63,14 @@ INLINED void take_roots(const Four& squares, Four& roots) {
 }
 
 struct Chain {
-    std::vector<Joint> joints;  // planned ones and those that follow them
+    std::vector<Joint> joints;  // planned joints and their followers
     int planned = 0;
 
     int dof() const { return planned; }
     int size() const { return static_cast<int>(joints.size()); }
     bool follows() const { return size() > planned; }
 
-    // What the sizes (dof,) of the planned joints' rates are for all joints (size,).
+    // Spread absolute rates (dof,) of planned joints to all joints (size,).
     void spread(const double* rates, double* all) const {
         for (int j = 0; j < size(); ++j) all[j] = std::fabs(joints[j].factor) * rates[joints[j].leader];
     }
@@ -78,7 +78,7 @@ struct Chain {
     // Frames (size + 1) of the base and all joints at a configuration (dof,), or with T = Four at four.
     template <class T>
     INLINED void place(const T* q, FrameOf<T>* frames) const {
-        // the unit frame, written: of a temporary compilers make copies that take a tenth of the whole
+        // assigned entry by entry: copies of a temporary take a tenth of the time
         for (int k = 0; k < 9; ++k) frames[0].turn.m[k] = T{} + (k % 4 == 0 ? 1.0 : 0.0);
         frames[0].shift.x = frames[0].shift.y = frames[0].shift.z = T{};
         JointSines<T> sines(joints, q, follows());
@@ -101,8 +101,8 @@ struct Chain {
         }
     }
 
-    // Columns (dof,) of the Jacobian of a point that joint `last` carries, in world axes: 3 linear rows, then 3 angular
-    // ones. A joint that follows adds to its leader's.
+    // Columns (dof,) of the Jacobian of a point on joint `last`, in world axes: 3 linear rows, then 3 angular ones. A
+    // follower adds to its leader's column.
     template <class T>
     INLINED void jacobian(const FrameOf<T>* frames, int last, Vec tool, VecOf<T>* linear, VecOf<T>* angular) const {
         const T none = {};
@@ -122,8 +122,8 @@ struct Chain {
     }
 };
 
-// Take from N vectors of `size` numbers what they have along a unit vector; the square of the first one's length after
-// that. Each sum waits for itself alone.
+// Remove from N vectors of `size` numbers their components along a unit vector; returns the square of the first one's new
+// length. The sums are independent of each other.
 template <int N>
 INLINED void take_away(const Four* unit, int size, Four* vectors, Four& square) {
     Four along[N] = {};
@@ -136,8 +136,7 @@ INLINED void take_away(const Four* unit, int size, Four* vectors, Four& square) 
     }
 }
 
-// The volume of the box that `count` vectors, at most 6, of `size` numbers span, by modified Gram-Schmidt; they are
-// overwritten.
+// The volume spanned by `count` vectors, at most 6, of `size` numbers, by modified Gram-Schmidt; overwrites them.
 INLINED void spanned_volume(Four* vectors, int count, int size, Four& volume) {
     Four square = {};
     for (int k = 0; k < size; ++k) square += vectors[k] * vectors[k];
@@ -157,7 +156,7 @@ INLINED void spanned_volume(Four* vectors, int count, int size, Four& volume) {
     }
 }
 
-// What a thread needs to work on four configurations.
+// Working memory of a thread for four configurations.
 class FourScratch {
    public:
     Four *q, *vectors;             // (dof,), for manipulability (6 dof,)
@@ -175,26 +174,26 @@ class FourScratch {
     }
 
    private:
-    struct alignas(32) Block {  // a Four alone counts as aligned to 16 where registers are narrow
+    struct alignas(32) Block {  // with narrow registers, a Four alone has an alignment of 16
         double numbers[4];
     };
     std::vector<Block> blocks_;
 };
 
-// Where a point that joint `last` carries is at the four configurations of the scratch.
+// Positions of a point on joint `last` at the four configurations of the scratch.
 FOR_THIS_PROCESSOR inline void points_of_four(const Chain& chain, int last, Vec point, FourScratch& s, Vec* found) {
     chain.place(s.q, s.frames);
     const VecOf<Four> there = s.frames[last] * point;
     for (int l = 0; l < 4; ++l) found[l] = {there.x[l], there.y[l], there.z[l]};
 }
 
-// The rows of a Jacobian from `first` to before `stop`: linear ones are 0 to 2, angular ones 3 to 5.
+// The rows [first, stop) of a Jacobian: 0 to 2 are linear, 3 to 5 angular.
 struct JacobianRows {
     int first, stop;
 };
 
-// Yoshikawa's manipulability w of a point that joint `last` carries at the four configurations of the scratch: the
-// volume that `span` of the rows of its Jacobian span, or their columns where these are fewer.
+// Yoshikawa's manipulability w of a point on joint `last` at the four configurations of the scratch: the volume spanned
+// by the rows `span` of its Jacobian, or by its columns if they are fewer.
 FOR_THIS_PROCESSOR inline void manipulability_of_four(const Chain& chain, int last, Vec tool, JacobianRows span,
                                                       FourScratch& s, double* w) {
     const int dof = chain.dof(), rows = span.stop - span.first;
@@ -213,7 +212,7 @@ FOR_THIS_PROCESSOR inline void manipulability_of_four(const Chain& chain, int la
     for (int l = 0; l < 4; ++l) w[l] = volume[l];
 }
 
-// A point that joint `inner` carries, and a box that joint `outer` carries, in a frame of its own.
+// A point on joint `inner`, and a box on joint `outer` with its own frame.
 struct PointAndBox {
     int inner, outer;
     Vec point;
@@ -221,24 +220,24 @@ struct PointAndBox {
     Vec low, high;
 };
 
-// Points that are looked for in boxes.
+// Tests of points in boxes.
 struct PointsInBoxes {
     Chain chain;
     std::vector<PointAndBox> boxes;
 
-    // Call `found(row, box, point in the box's frame)` for those that lie in theirs in configurations q (n, dof).
+    // Call `found(row, box, point in the box's frame)` for points inside their boxes in configurations q (n, dof).
     template <class Found>
     void find(int n, const double* q, Found found) const {
         std::vector<Frame> frames(chain.size() + 1);
         for (int row = 0; row < n; ++row) {
-            heed();
+            poll_signal();
             chain.place(q + static_cast<size_t>(row) * chain.dof(), frames.data());
             for (size_t k = 0; k < boxes.size(); ++k) {
                 const PointAndBox& one = boxes[k];
                 const Frame& there = frames[one.outer];
                 const Vec world = frames[one.inner] * one.point;
                 const Vec own =
-                    turned_back(one.frame.turn, turned_back(there.turn, world - there.shift) - one.frame.shift);
+                    rotate_back(one.frame.turn, rotate_back(there.turn, world - there.shift) - one.frame.shift);
                 if (own.x > one.low.x && own.x < one.high.x && own.y > one.low.y && own.y < one.high.y &&
                     own.z > one.low.z && own.z < one.high.z)
                     found(row, static_cast<int>(k), own);

@@ -1,4 +1,4 @@
-// Obstacles that move by themselves along a known motion.
+// Obstacles that move along known motions.
 #pragma once
 
 #include <algorithm>
@@ -8,10 +8,10 @@
 
 namespace planner {
 
-// Poses at times: between two of them the origin runs along a line and the frame turns about one axis, both evenly;
-// before the first and after the last it stands still.
+// Poses at times: between two poses the origin moves along a line and the frame turns about one axis, at constant rates;
+// before the first and after the last pose it rests.
 //
-// Of any span of time the fastest stretch and the room that the origin takes are looked up in a tree over the stretches,
+// Of any span of time the fastest stretch and the bounding box of the origin are stored in a tree over the stretches,
 // so that it does not matter how many there are.
 class Motion {
    public:
@@ -21,10 +21,10 @@ class Motion {
         Vec velocity;    // m/s
         Vec axis;        // in the frame's own coordinates
         double turning;  // rad/s
-        double speed;    // m/s that no point of the obstacle exceeds
+        double speed;    // m/s, upper bound of all points of the obstacle
     };
 
-    // `size` (m): no point of the obstacle is farther from the frame's origin.
+    // `size` (m): largest distance of a point of the obstacle to the frame's origin.
     Motion(std::vector<Stretch> stretches, Frame last, double size)
         : stretches_(std::move(stretches)), last_(last), size_(size), tree_(2 * stretches_.size()) {
         const size_t count = stretches_.size();
@@ -39,13 +39,13 @@ class Motion {
         return {here.from.turn * about(here.axis, here.turning * since), here.from.shift + since * here.velocity};
     }
 
-    // Whether it goes on evenly all of [low, high] s.
+    // Whether its rates are constant in [low, high] s.
     bool is_even(double low, double high) const {
         if (stretches_.empty() || low >= stretches_.back().end) return true;
         return high <= stretches_.back().end && stretch_at(low) == stretch_at(high);
     }
 
-    // The largest speed (m/s) of any point in [low, high] s.
+    // Largest speed (m/s) of a point in [low, high] s.
     double fastest(double low, double high) const {
         const auto ends_before = [](const Stretch& stretch, double t) { return stretch.end < t; };
         const auto first = std::lower_bound(stretches_.begin(), stretches_.end(), low, ends_before);
@@ -53,11 +53,11 @@ class Motion {
         return among(first - stretches_.begin(), stretch_at(high) + 1).speed;
     }
 
-    // How far (m) no point is, anywhen in [low, high] s, from where it is at t.
+    // Bound (m) on the distance of a point at any time in [low, high] s to its position at t.
     double excursion(double t, double low, double high) const {
         if (stretches_.empty()) return 0.0;
         const size_t first = stretch_at(low), last = stretch_at(high);
-        Many there = among(first + 1, last + 1);  // begins of stretches, and how far these turn
+        Many there = among(first + 1, last + 1);  // starts and rotations of stretches
         const Vec here = at(t).shift;
         for (double end : {low, high}) there.hold(at(end).shift);
         const auto most = [](double a, double b, double x) { return std::max(std::fabs(a - x), std::fabs(b - x)); };
@@ -70,10 +70,10 @@ class Motion {
     }
 
    private:
-    // What is known of stretches one after the other.
+    // Bounds of consecutive stretches.
     struct Many {
         double speed = 0.0, turned = 0.0;                                              // rad
-        Vec low{infinity, infinity, infinity}, high{-infinity, -infinity, -infinity};  // the origin, where they begin
+        Vec low{infinity, infinity, infinity}, high{-infinity, -infinity, -infinity};  // origin at the starts
 
         Many() = default;
         explicit Many(const Stretch& one)
@@ -91,14 +91,14 @@ class Motion {
         }
     };
 
-    // The last stretch that has begun at t, or the first one.
+    // The last stretch that begins before t, or the first one.
     size_t stretch_at(double t) const {
         const auto begins_after = [](double t, const Stretch& stretch) { return t < stretch.begin; };
         const auto next = std::upper_bound(stretches_.begin(), stretches_.end(), t, begins_after);
         return std::max<size_t>(1, next - stretches_.begin()) - 1;
     }
 
-    // The stretches from number `first` to before `last`.
+    // Bounds of the stretches [first, last).
     Many among(size_t first, size_t last) const {
         Many found;
         const size_t count = stretches_.size();
@@ -124,7 +124,7 @@ class Motion {
     std::vector<Stretch> stretches_;
     Frame last_;
     double size_;
-    std::vector<Many> tree_;  // a node's two are at twice its number; those without are the stretches
+    std::vector<Many> tree_;  // children of node k are 2 k and 2 k + 1; leaves are the stretches
 };
 
 }  // namespace planner

@@ -1,4 +1,4 @@
-// The phases of the quickest motion along a curve, the points of it at whole nanoseconds, and its mean over a window.
+// The phases of the quickest motion along a curve, its points at whole nanoseconds, and its moving average.
 #pragma once
 
 #include <algorithm>
@@ -39,7 +39,7 @@ struct Phase {
     double piece, s, speed, acceleration, duration;
 };
 
-// The phases of the quickest motion along a curve from rest to rest, parabola k in `intervals[k]` parts.
+// The phases of the quickest motion along a curve from rest to rest; parabola k has `intervals[k]` intervals.
 class QuickestMotion {
    public:
     QuickestMotion(const Curve& curve, const int64_t* intervals, const double* velocity, const double* acceleration)
@@ -50,7 +50,7 @@ class QuickestMotion {
             const bool line = curve.is_line(k);
             const int64_t count = line ? 1 : intervals[k];
             for (int64_t i = 0; i < count; ++i) {
-                heed_at(i);
+                poll_signal_at(i);
                 parts.push_back({k, line, place(i, count), place(i + 1, count)});
                 stretches.emplace_back(curve.dof, curve.of(k), parts.back().low, parts.back().high, velocity,
                                        acceleration);
@@ -80,13 +80,13 @@ class QuickestMotion {
         double low, high;
     };
 
-    // Where the intervals of a parabola begin: they are shorter towards its ends; with even ones motions take 1 % longer.
+    // Starts of the intervals of a parabola, shorter towards its ends; with equal intervals motions take 1 % longer.
     static double place(int64_t i, int64_t count) {
         const double even = static_cast<double>(i) / static_cast<double>(count);
         return even * even * (3.0 - 2.0 * even);
     }
 
-    // By what x is multiplied behind a piece, so that the joints' velocities go on; 0 for a stop.
+    // Factor of x behind a piece for continuous joint velocities; 0 for a stop.
     double joint_behind(int piece) const {
         if (piece + 1 == curve_.count || curve_.stop[piece]) return 0.0;
         double end = 0.0, start = 0.0;
@@ -114,7 +114,7 @@ class QuickestMotion {
     Curve curve_;
 };
 
-// Points of a motion: when, positions and velocities (k, dof) there, and the curve's piece behind each.
+// Points of a motion: times, positions and velocities (k, dof), and the curve's piece behind each.
 struct Knots {
     std::vector<int64_t> clock;
     std::vector<double> q, v;
@@ -128,8 +128,8 @@ struct Knots {
     }
 };
 
-// The knots of a motion through its phases, `stretch` times as slow, no two nearer than `apart` ns, with a wait of
-// `window` ns at every stop on the way. Between two stops it takes four times `apart` or longer.
+// The knots of a motion through its phases, `stretch` times slower, at least `apart` ns apart, with a wait of `window` ns
+// at every stop. The time between two stops is at least four times `apart`.
 class KnotsOfPhases {
    public:
     KnotsOfPhases(const Curve& curve, const Phase* phases, int count, double stretch, int64_t window, int64_t apart)
@@ -149,13 +149,13 @@ class KnotsOfPhases {
    private:
     static int piece_of(const Phase& phase) { return static_cast<int>(phase.piece); }
 
-    // From rest at `begin` to rest, and when that is.
+    // From rest at `begin` to rest; returns the time of the end.
     int64_t between_stops(const Phase* phases, int count, int64_t begin) {
         const size_t first = knots.size();
         int64_t end = begin;
-        double late = 0.0;  // a phase begins `late` s before the whole nanosecond `end`, at which its knot is
+        double late = 0.0;  // s from the start of a phase to its knot at a whole nanosecond
         for (int k = 0; k < count; ++k) {
-            heed_at(k);
+            poll_signal_at(k);
             const double takes = stretch_ * phases[k].duration;
             if (knots.size() == first || end - knots.clock.back() >= apart_) add(end, phases[k], std::min(late, takes));
             const double more = std::ceil((takes - late) / nanosecond);
@@ -186,7 +186,7 @@ class KnotsOfPhases {
     int64_t apart_;
 };
 
-// The cubics through points of a motion, which rests before the first and behind the last one.
+// The cubics through points of a motion, at rest before the first and after the last point.
 class Cubics {
    public:
     Cubics(const int64_t* clock, const double* q, const double* v, int count, int dof)
@@ -203,12 +203,12 @@ class Cubics {
         }
     }
 
-    // The piece that a moment lies on, at a point the next one; -1 and count - 1 are the rests.
+    // The piece at a time, the next one at a point; -1 and count - 1 are the rests.
     int piece_at(int64_t clock) const {
         return static_cast<int>(std::upper_bound(clock_, clock_ + count_, clock) - clock_) - 1;
     }
 
-    // Positions (dof,) at a moment on a piece.
+    // Positions (dof,) at a time on a piece.
     void positions(int piece, int64_t clock, double* found) const {
         if (rests(piece)) {
             std::copy(rest_at(piece), rest_at(piece) + dof_, found);
@@ -225,8 +225,8 @@ class Cubics {
         return ((3.0 * c[3 * dof_] * u + 2.0 * c[2 * dof_]) * u + c[dof_]) / h;
     }
 
-    // Add the integrals (dof,) of positions less `base` (dof,), from one moment on a piece to another one on it: Simpson's
-    // rule, exact here.
+    // Add the integrals (dof,) of positions less `base` (dof,) between two times on a piece, by Simpson's rule, exact for
+    // cubics.
     FOR_THIS_PROCESSOR void add_integrals(int piece, int64_t from, int64_t to, const double* base,
                                           double* total) const {
         const double width = static_cast<double>(to - from) / 1e9;
@@ -263,8 +263,8 @@ class Cubics {
     const double* q_;
 };
 
-// The times of points (count,) and of the same `window` later, ascending, none nearer than `apart` to the one before it
-// that is left, or to the last, which is.
+// The times of points (count,) and these plus `window`, ascending, without times closer than `apart` to the previous or
+// the last time.
 inline std::vector<int64_t> times_of_mean(const int64_t* clock, int count, int64_t window, int64_t apart) {
     std::vector<int64_t> times(clock, clock + count), kept;
     for (int k = 0; k < count; ++k) times.push_back(clock[k] + window);
@@ -275,14 +275,14 @@ inline std::vector<int64_t> times_of_mean(const int64_t* clock, int count, int64
     return kept;
 }
 
-// Positions, velocities and accelerations (k, dof) of the mean of a motion over the last `window` ns, at `times` (k,).
-// Summed up are differences to the position at the time itself, which are small, so that nothing is lost to rounding.
+// Positions, velocities and accelerations (k, dof) of the mean of a motion over the last `window` ns, at `times` (k,). The
+// sum is over differences to the position at the time itself, to keep rounding small.
 inline void mean_over_window(const Cubics& base, const std::vector<int64_t>& times, int64_t window, int dof, double* q,
                              double* v, double* a) {
     const double seconds = static_cast<double>(window) * nanosecond, exactly = static_cast<double>(window) / 1e9;
     std::vector<double> now(dof), before(dof), total(dof);
     for (size_t row = 0; row < times.size(); ++row) {
-        heed_at(static_cast<int64_t>(row));
+        poll_signal_at(static_cast<int64_t>(row));
         const int64_t high = times[row], low = high - window;
         const int first = base.piece_at(low), last = base.piece_at(high);
         const size_t k = row * dof;

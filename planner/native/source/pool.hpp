@@ -1,4 +1,4 @@
-// Threads that wait for work, shared by all calls of the process, and joined at its end.
+// Waiting threads, shared by all calls of the process, and joined at its end.
 #pragma once
 
 #include <algorithm>
@@ -16,10 +16,10 @@
 
 namespace planner {
 
-// Work of one call that others may help with. Guarded by the pool's mutex.
+// Work of one call that helpers can share. Guarded by the pool's mutex.
 struct Job {
     std::function<void()> help;
-    int wanted = 0, busy = 0;  // helpers that may still begin, and that are at it
+    int wanted = 0, busy = 0;  // helpers that can still begin, and that work
     std::condition_variable idle;
 };
 
@@ -27,14 +27,14 @@ class Pool {
    public:
     static constexpr int most = 256;  // threads
 
-    // The pool of this process. A child that was forked has none of its parent's threads, and begins anew.
+    // The pool of this process. A forked child has none of its parent's threads, so it makes a new pool.
     static Pool& here() {
         std::call_once(once(), [] { pthread_atfork(nullptr, nullptr, [] { place() = new Pool; }); });
         static const Joiner joiner;
         return *place();
     }
 
-    // Let up to `helpers` threads work at the job as soon as they have nothing else to do.
+    // Offer a job to up to `helpers` idle threads.
     void offer(const std::shared_ptr<Job>& job, int helpers) {
         const std::lock_guard<std::mutex> lock(mutex_);
         if (leaving_) return;
@@ -45,7 +45,7 @@ class Pool {
         for (int k = 0; k < job->wanted; ++k) work_.notify_one();
     }
 
-    // Nobody begins to help any more; true when those that had begun have left, or else after `wait`.
+    // Stop new helpers; returns true if no helper works any more, after waiting at most `wait`.
     template <class Duration>
     bool over(const std::shared_ptr<Job>& job, Duration wait) {
         std::unique_lock<std::mutex> lock(mutex_);
@@ -54,7 +54,7 @@ class Pool {
         return job->idle.wait_for(lock, wait, [&] { return !job->busy; });
     }
 
-    // Whether the process is at its end: who helps does no more.
+    // Whether the process ends, so helpers stop.
     bool leaving() const { return leaving_; }
 
    private:
@@ -67,7 +67,7 @@ class Pool {
         return flag;
     }
 
-    // Never destroyed: calls of threads that outlive the main one find it as it was left.
+    // Never destroyed: threads that outlive the main thread still use it.
     static Pool*& place() {
         static Pool* pool = new Pool;
         return pool;
@@ -77,7 +77,7 @@ class Pool {
         try {
             while (static_cast<int>(threads_.size()) < count) threads_.emplace_back([this] { serve(); });
         } catch (const std::system_error&) {
-            // no more threads are to be had: those that there are do it
+            // the system has no more threads; the existing ones do the work
         }
     }
 

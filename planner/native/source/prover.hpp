@@ -1,41 +1,38 @@
 // Proofs that a piece of a joint path is free: adaptive sampling with clearance (Schwarzer, Saha and Latombe 2005).
 //
-// Where a pair of bodies is d apart, no motion that moves them against each other by less than d can make them touch.
-// A joint's motion dq moves a point no further than its distance from the joint's axis times |dq|, so every sample
-// clears an interval of the piece; when the intervals of every pair cover it, it is proven for all its configurations.
-// Where that does not reach, it is looked at how fast the bodies move at the sample and how much faster around it, see
-// speeds.hpp: joints work against each other, so that is a third of it in the mean. Of a box of configurations no
-// velocities are known: there the distance near a sample is what it is there and what the joints beyond can add to it.
+// Two bodies at distance d cannot touch while their relative motion is less than d. A joint motion dq moves a point by at
+// most its distance to the joint's axis times |dq|, so each sample clears an interval of the piece. The piece is proven
+// when intervals cover it for every pair. If that bound is too coarse, the prover uses the velocities of the bodies at the
+// sample and their change around it, see speeds.hpp: joint motions partly cancel, to a third on average. A box of
+// configurations has no velocities; there the distance to an axis near a sample is bounded by the joints beyond.
 //
-// A sample is taken in the middle m of an interval of half width h. A pair that is d apart there, and whose distance
-// changes by no more than r per unit of s anywhere in the interval, is at least d - r |s - m| apart at s. If d >= r h it
-// is clear on the whole interval, whatever comes of other pairs: what these leave open is sampled for them alone, after
-// the first sample for a handful. What all pairs clear is what the one clears that clears least, so it does not matter
-// how much more the others do: pairs are looked at in the order of what coarse bounds clear, the least first, and no
-// closer than shows that a pair clears as much as those before it.
+// A sample is the middle m of an interval of half width h. If a pair has distance d there, and the distance changes by at
+// most r per unit of s in the interval, it is at least d - r |s - m| at s. If d >= r h the pair is clear on the whole
+// interval. The open halves are sampled for the other pairs only, a handful after the first sample. The pair that clears
+// least determines the result, so pairs are sorted by coarse bounds, and a closer bound stops when a pair clears as much
+// as the pairs before it.
 #pragma once
 
 #include <algorithm>
 
-#include "pieces.hpp"
+#include "polynomials.hpp"
 #include "refusals.hpp"
 #include "speeds.hpp"
 #include "world.hpp"
 
 namespace planner {
 
-constexpr double first_motion = 0.7;  // m: first intervals move no point further than this
-constexpr double first_journey =
-    32.0;  // m: of obstacles that go farther by themselves it is found out where it matters
-constexpr double longest_motion = 1e6;   // m: the first intervals of longer ones would take too much memory
-constexpr double always_close = 0.03;    // m: pairs that a coarse bound puts nearer get a closer look where it is short
-constexpr int close_looks = 8;           // per sample, for pairs that are farther apart: more cost more than halving
-constexpr double reported = 5e-3;        // m beyond what covers an interval, so that the clearance reported is worth it
-constexpr double hull_is_enough = 0.01;  // m: where hulls are so far apart, dents below them are not looked into
+constexpr double first_motion = 0.7;     // m, largest motion of a point in the first intervals
+constexpr double first_journey = 32.0;   // m, the same of obstacles; longer motions are refined on demand
+constexpr double longest_motion = 1e6;   // m: longer motions need too much memory for intervals
+constexpr double always_close = 0.03;    // m, coarse bound below which a closer bound is computed if needed
+constexpr int close_looks = 8;           // per sample, for other pairs: more cost more than halving
+constexpr double reported = 5e-3;        // m beyond the distance that covers an interval, for the reported clearance
+constexpr double hull_is_enough = 0.01;  // m: at larger distances of hulls the surfaces below are not checked
 
 enum Verdict : int64_t { proven_free = 0, collides = 1, undecided = 2 };
 
-// When a piece is run, s: it begins at `begin`, or by at most `slack` earlier or later.
+// Time span of a piece, s; it begins at `begin`, at most `slack` earlier or later.
 struct Span {
     double begin = 0.0, duration = 0.0, slack = 0.0;
 
@@ -46,12 +43,12 @@ struct Span {
     }
 };
 
-// What came of one piece.
+// The result for one piece.
 struct Proof {
     int64_t verdict = proven_free, pair = -1, samples = 0;
-    double clearance = infinity;  // m beyond the margin, of the pairs that the piece can move
-    double where = 0.0;           // s at which it stopped
-    double gap = infinity;        // m beyond the margin that the pair which stopped it has there, or more
+    double clearance = infinity;  // m beyond the margin, of all moving pairs
+    double where = 0.0;           // s of the last sample
+    double gap = infinity;        // lower bound (m) beyond the margin of that pair there
 };
 
 class Prover {
@@ -78,38 +75,38 @@ class Prover {
         own_.resize(world.obstacles()), body_speed_.resize(world.bodies), has_speed_.resize(world.bodies);
     }
 
-    // Sample until every interval is cleared, or a pair is left with less than `room` (m) of clearance. With a `span`
-    // obstacles move on meanwhile; without one all is as at time 0.
-    Proof prove(const Pieces& pieces, int piece, double room, const Span* span = nullptr) {
+    // Sample until every interval is clear, or the clearance of a pair is below `resolution` (m). With a `span` obstacles
+    // move during the piece; without one they are at time 0.
+    Proof prove(const Pieces& pieces, int piece, double resolution, const Span* span = nullptr) {
         Attempt attempt;
         begin(attempt, pieces, piece, span);
         while (!attempt.done()) {
-            if (heed() == Told::finish) return attempt.left_open();
-            go_on(attempt, room);
+            if (poll_signal() == Signal::finish) return attempt.left_open();
+            go_on(attempt, resolution);
         }
         return attempt.proof;
     }
 
-    // A pair that is still to be cleared, and a guess of the vector between its two: where it was at the last sample.
+    // A pair to clear, and a guess of the vector between its two, from the last sample.
     struct Task {
         int pair;
         bool guessed;
         Vec apart;
     };
-    // A part of a piece: its pairs are tasks `first` to `last`, or all of them if `last` is 0. Those next to where a
-    // pair was nearest come first: what is not free is met sooner, what is free takes as long.
+    // An interval of a piece with tasks [first, last), or all tasks if `last` is 0. Intervals next to the smallest distance
+    // come first, so contacts are found early.
     struct Interval {
         double low, high, gap;
         int first = 0, last = 0;
 
         bool operator<(const Interval& other) const { return gap != other.gap ? gap > other.gap : low > other.low; }
     };
-    // How far the proof of a piece has come: free once no interval is open.
+    // State of the proof of a piece; it is free when no interval is open.
     struct Attempt {
         Pieces pieces{};
         int piece = 0;
         const Span* span = nullptr;
-        bool is_box = false;  // the piece stands for all states in the box that it is a diagonal of: no signs are known
+        bool is_box = false;  // the piece is the diagonal of a box of states
         Proof proof;
         std::vector<Interval> open;  // a heap
         std::vector<Task> tasks;
@@ -143,18 +140,18 @@ class Prover {
             held = held && moved <= longest_motion;
             motion = std::max(motion, span ? std::min(moved, flat_rate_[k] + first_journey) : moved);
         }
-        if (!held || leaves_reach(pieces, piece)) {  // no finite numbers, or no reach: nothing is known of such a piece
+        if (!held || leaves_reach(pieces, piece)) {  // numbers or reaches are not finite, so nothing is proven
             attempt.proof.verdict = undecided;
             return;
         }
         const int count = std::max(1, static_cast<int>(std::ceil(motion / first_motion)));
         for (int k = 0; k < count; ++k) {
             const double low = k / double(count), high = (k + 1) / double(count);
-            attempt.push({low, high, std::fabs(low + high - 1.0) - 1.0});  // the middle first, both ends last
+            attempt.push({low, high, std::fabs(low + high - 1.0) - 1.0});  // middle first, ends last
         }
     }
 
-    // Whether a slide may go farther on a piece than reaches allow for.
+    // Whether a sliding joint leaves the range for which reaches hold.
     bool leaves_reach(const Pieces& pieces, int piece) const {
         for (size_t j = 0; j < world_.travel.size(); ++j) {
             if (world_.travel[j] == infinity) continue;
@@ -166,8 +163,8 @@ class Prover {
         return false;
     }
 
-    // One sample more, in the middle of the first open interval.
-    void go_on(Attempt& attempt, double room) {
+    // Take a sample in the middle of the first open interval.
+    void go_on(Attempt& attempt, double resolution) {
         const Interval here = attempt.pop();
         const double middle = 0.5 * (here.low + here.high), need = 0.5 * (here.high - here.low);
         attempt.pieces.at(attempt.piece, middle, q_.data());
@@ -189,12 +186,12 @@ class Prover {
             for (size_t k = 0; k < tasks_.size(); ++k)
                 gap_[k] = world_.coarse_of(tasks_[k].pair, scratch_.frames.data(), scratch_) - keep_[k];
         }
-        finish(attempt, here, middle, need, room);
+        finish(attempt, here, middle, need, resolution);
     }
 
    private:
-    // Look closer where it pays, and open what is left of an interval for the pairs that do not cover it.
-    void finish(Attempt& attempt, Interval here, double middle, double need, double room) {
+    // Compute closer bounds, and open the rest of an interval for the pairs that do not cover it.
+    void finish(Attempt& attempt, Interval here, double middle, double need, double resolution) {
         Proof& proof = attempt.proof;
         const int limit = look_closer(attempt, middle, need);
         const double reach = limit < 0 ? infinity : covered(limit), clear = std::min(reach, need);
@@ -205,7 +202,7 @@ class Prover {
             if (!done && reach < need) attempt.tasks.push_back(tasks_[k]);
         }
         if (reach >= need) return;
-        if (!(gap_[limit] >= room)) {
+        if (!(gap_[limit] >= resolution)) {
             proof.verdict = undecided, proof.pair = tasks_[limit].pair, proof.where = middle;
             proof.gap = gap_[limit] + (keep_[limit] - world_.margin);
             return;
@@ -215,12 +212,11 @@ class Prover {
         attempt.push({middle + reach, here.high, gap_[limit], first, last});
     }
 
-    // By how much the distance of task k changes at most within x (in s, up to the half width) of the sample: at its rate,
-    // or while the obstacle goes all that it can on the interval.
+    // Bound on the change of the distance of task k within x (in s, at most the half width) of the sample: by its rate, or
+    // by the whole motion of the obstacle on the interval.
     double needed(size_t k, double x) const { return std::min(rate_[k] * x, flat_rate_[k] * x + extra_[k]); }
 
-    // How far (in s) from the sample task k is clear; nowhere if nothing in the piece moves what touches, or where one of
-    // the two is no number.
+    // Half width (in s) around the sample on which task k is clear; 0 if a touching pair does not move, or for NaN.
     double covered(int k) const {
         if (rate_[k] == 0.0) return gap_[k] > 0.0 ? infinity : -1.0;
         const double reach = gap_[k] / rate_[k];
@@ -228,7 +224,7 @@ class Prover {
         return reach == reach ? reach : -infinity;
     }
 
-    // Make bounds better that do not cover `need`, where that is likely to pay: the task that covers least, or -1.
+    // Improve bounds that do not cover `need`, if likely to succeed; returns the task that covers least, or -1.
     int look_closer(const Attempt& attempt, double middle, double need) {
         short_.clear();
         for (int k = 0; k < static_cast<int>(tasks_.size()); ++k) {
@@ -245,12 +241,12 @@ class Prover {
                 if (all || gap_[k] < std::max(always_close, 0.25 * wanted)) look_at(k, wanted);
             const double reach = covered(k);
             if (reach < least) least = reach, limit = k;
-            if (!(gap_[k] > 0.0)) break;  // no sample covers anything there
+            if (!(gap_[k] > 0.0)) break;  // then no sample covers an interval
         }
         return limit;
     }
 
-    // The distance of task k by planes, no closer than shows that it is `wanted`.
+    // Improve the distance of task k by planes, until it is at least `wanted`.
     void look_at(int k, double wanted) {
         Task& task = tasks_[k];
         if (!task.guessed) task.apart = world_.between_middles(task.pair, scratch_.frames.data()), task.guessed = true;
@@ -259,7 +255,7 @@ class Prover {
         gap_[k] = std::max(gap_[k], closer - keep_[k] - rounding);
     }
 
-    // Metres by which each pair's distance can change per unit of s in [low, high], of all tasks that there are.
+    // Bounds (m per unit of s) on the rate of each pair's distance in [low, high], for all tasks.
     void rates_of_all(const Attempt& attempt, double low, double high) {
         bound(attempt, 1, low, high, joint_rate_);
         const int count = static_cast<int>(every_.size());
@@ -271,7 +267,7 @@ class Prover {
         if (attempt.span) add_obstacles_rates(every_, *attempt.span, low, high);
     }
 
-    // The same, of the tasks at hand.
+    // The rates of the current tasks.
     void rates_of_tasks(const Attempt& attempt, double low, double high) {
         bound(attempt, 1, low, high, joint_rate_);
         const int joints = world_.chain.size();
@@ -289,14 +285,14 @@ class Prover {
         world_.chain.spread(planned_rate_.data(), all.data());
     }
 
-    // What an obstacle's own motion adds to what its pairs need.
+    // Terms of an obstacle's own motion in the bounds of its pairs.
     struct Own {
-        int64_t of = -1;                   // number of the interval that this is of
-        double keep = 0.0, fastest = 0.0;  // m that it may be early or late, m/s
-        double extra = infinity;           // m beyond `keep` that it moves away from the sample on the interval
+        int64_t of = -1;                   // number of its interval
+        double keep = 0.0, fastest = 0.0;  // m of uncertainty in time, m/s
+        double extra = infinity;           // m beyond `keep` of its motion on the interval
     };
 
-    // What obstacles' own motions add: to the rates, and to the distance to keep as they may be early, late or elsewhere.
+    // Add the obstacles' own motions to the rates, and their uncertainty to the distance to keep.
     void add_obstacles_rates(const std::vector<Task>& tasks, const Span& span, double low, double high) {
         const double latest = std::max(0.0, span.at(0.5 * (low + high)) + span.slack);
         ++intervals_;
@@ -313,8 +309,8 @@ class Prover {
         }
     }
 
-    // Of an obstacle that moves, looked up once for all of its pairs. Where its speed changes meanwhile it may stay nearer
-    // to where it is at the sample than the fastest stretch would take it.
+    // Terms of a moving obstacle, computed once for all its pairs. If its speed changes, the bounding box of its motion can
+    // be smaller than the bound by its largest speed.
     const Own& own_of(int item, const Span& span, double low, double high) {
         Own& own = own_[item - world_.bodies];
         if (own.of == intervals_) return own;
@@ -322,7 +318,7 @@ class Prover {
         const Motion* motion = world_.motion_of(item);
         if (!motion) return own;
         const double soonest = span.at(low) - span.slack, latest = span.at(high) + span.slack;
-        const double tick = 4e-16 * std::max(std::fabs(soonest), std::fabs(latest));  // s to which these are rounded
+        const double tick = 4e-16 * std::max(std::fabs(soonest), std::fabs(latest));  // s, rounding of these
         const double first = soonest - tick, last = latest + tick;
         own.fastest = motion->fastest(first, last), own.keep = own.fastest * span.slack;
         if (own.fastest * tick > rounding) own.keep += own.fastest * tick;
@@ -336,7 +332,7 @@ class Prover {
         return own;
     }
 
-    // Make the rate of task k better within `need` (in s) of the sample at `middle`.
+    // Improve the rate of task k within `need` (in s) of the sample at `middle`.
     void rate_here(const Attempt& attempt, int k, double middle, double need) {
         const Pair& pair = world_.pairs[tasks_[k].pair];
         const bool is_scene = pair.second >= world_.bodies;
@@ -359,13 +355,13 @@ class Prover {
         lower_rate(k, rate);
     }
 
-    // That the arm moves the two of task k against each other by no more than `rate` (m per unit of s).
+    // Set the bound `rate` (m per unit of s) on the relative motion of task k by the arm.
     void lower_rate(int k, double rate) {
         rate_[k] = std::min(rate_[k], rate + own_rate_[k]);
         flat_rate_[k] = std::min(flat_rate_[k], rate + limited_rate_[k]);
     }
 
-    // How fast bodies move at the sample, and on the interval around it, where that is not known yet.
+    // Speed of a body at the sample and on the interval around it, computed on demand.
     void take_speeds(const Attempt& attempt, double middle, double need) {
         if (has_speeds_) return;
         has_speeds_ = true;
@@ -380,8 +376,8 @@ class Prover {
         return body_speed_[body];
     }
 
-    // How far a body's points are from the axes of the joints that carry it, on average over an interval of `need` from
-    // the sample; infinite for other joints. Joints beyond an axis change the distance from it, its own does not.
+    // Distances of a body's points to the axes of its joints, averaged over an interval of `need` from the sample; infinite
+    // for other joints. Only joints beyond an axis change the distance to it.
     const double* reach_here(int body, double need) {
         const int joints = world_.chain.size();
         double* here = here_.data() + static_cast<size_t>(body) * joints;
@@ -389,7 +385,7 @@ class Prover {
         is_here_[body] = 1;
         std::fill(here, here + joints, infinity);
         const Item& item = world_.items[body];
-        double beyond = 0.0;  // per unit of s, by the joints beyond
+        double beyond = 0.0;  // rate by the joints beyond
         for (int j = item.joint; j > 0; j = world_.chain.joints[j - 1].parent) {
             const double whole = body_reach_[static_cast<size_t>(body) * joints + j - 1];
             double now = 0.0;
@@ -413,10 +409,10 @@ class Prover {
     const double* reach_;
     const double* body_reach_;
     const uint8_t* static_;
-    std::vector<Task> every_, tasks_;     // all pairs that the piece may move; those of the sample at hand
+    std::vector<Task> every_, tasks_;     // all moving pairs; those of the current sample
     std::vector<double> reach_by_joint_;  // (joints, every_)
     Scratch scratch_;
-    std::vector<double> coarse_, enough_;               // (pairs,) bounds, and how large they have to be
+    std::vector<double> coarse_, enough_;               // (pairs,) bounds, and their sufficient size
     std::vector<double> gap_, rate_, own_rate_, keep_;  // per task; own_rate_: an obstacle's; keep_: m, the margin and
                                                         // what is unknown of an obstacle
     std::vector<double> limited_rate_, flat_rate_, extra_;  // per task, see needed(); limited_rate_: of speed limits
@@ -425,9 +421,9 @@ class Prover {
     std::vector<double> planned_rate_, joint_rate_, velocity_, bend_, q_;
     Speeds speeds_;
     bool has_speeds_ = false;
-    std::vector<Speed> body_speed_;  // of those that has_speed_
+    std::vector<Speed> body_speed_;  // valid if has_speed_
     std::vector<char> has_speed_;
-    std::vector<double> here_;  // (bodies, joints) reach_here, of those that is_here_
+    std::vector<double> here_;  // (bodies, joints) reach_here, valid if is_here_
     std::vector<char> is_here_;
     std::vector<std::pair<double, int>> short_;
 };

@@ -14,14 +14,14 @@ struct State {
     std::vector<double> q, v;
 };
 
-// How a joint gets from one state to another: with an acceleration for `rise` seconds at the beginning, and with the
-// opposite one for `fall` at the end; between them it cruises.
+// A motion of one joint between two states: an acceleration for `rise` s, constant speed, and the opposite acceleration
+// for the last `fall` s.
 struct JointRamp {
     double rate, rise, fall;
 
-    // In t seconds, no faster than `velocity`. Without cruising, `rate` a lasts for (t + change / a) / 2, and
-    // a² t² + 2 (t (v0 + v1) - 2 d) a = change² for the distance d and the change of velocity; of its two solutions the
-    // one that lasts for times in [0, t].
+    // In t seconds, at most `velocity` fast. Without constant speed, the acceleration a lasts (t + change / a) / 2, and
+    // a² t² + 2 (t (v0 + v1) - 2 d) a = change² for the distance d and the change of velocity; of two solutions the one
+    // with times in [0, t].
     JointRamp(double q0, double v0, double q1, double v1, double t, double velocity) {
         const double distance = q1 - q0, change = v1 - v0, missing = t * (v0 + v1) - 2.0 * distance;
         const double root = std::sqrt(missing * missing + (t * change) * (t * change));
@@ -40,11 +40,11 @@ struct JointRamp {
     }
 };
 
-// The pieces (m, 3, dof) of the ramp from `start` to `end` in the first of `durations`, ascending, in which every joint
-// can; s of a piece is time by its own. None where no duration is enough.
+// The pieces (m, 3, dof) of the ramp from `start` to `end` in the first of ascending `durations` that suits all joints, s
+// in proportion to time; none if no duration suffices.
 inline std::vector<double> quickest_ramp(const State& start, const State& end, const double* durations, int count,
                                          const double* velocity, const double* acceleration) {
-    constexpr double shortest = 1e-6;  // of the ramp: what lies between nearer changes of an acceleration is left out
+    constexpr double shortest = 1e-6;  // share of the ramp; closer changes of acceleration are merged
     const int dof = static_cast<int>(start.q.size());
     std::vector<JointRamp> joints;
     double t = 0.0;
@@ -60,7 +60,7 @@ inline std::vector<double> quickest_ramp(const State& start, const State& end, c
     }
     std::vector<double> pieces;
     if (static_cast<int>(joints.size()) < dof) return pieces;
-    std::vector<double> moments{0.0, t};  // at which some joint's acceleration changes
+    std::vector<double> moments{0.0, t};  // changes of a joint's acceleration
     for (const JointRamp& joint : joints)
         for (const double moment : {joint.rise, t - joint.fall}) moments.push_back(std::min(std::max(moment, 0.0), t));
     std::sort(moments.begin(), moments.end());
@@ -99,7 +99,7 @@ class MotionOnCurve {
         for (int k = 0; k < count; ++k) ends_.push_back(end += phases[k].duration);
     }
 
-    // The piece and s on it at t seconds, position and velocity.
+    // Piece, s, position and velocity at t seconds.
     void at(double t, int64_t& piece, double& s, State& state) const {
         const size_t after = std::lower_bound(ends_.begin(), ends_.end(), t) - ends_.begin();
         const size_t k = std::min(after, ends_.size() - 1);
@@ -120,7 +120,7 @@ class MotionOnCurve {
     std::vector<double> ends_;
 };
 
-// Whether parabolas (m, 3, dof) stay between `lower` and `upper`, by their Bernstein coefficients.
+// Whether parabolas (m, 3, dof) are within `lower` and `upper`, by Bernstein coefficients.
 inline bool stay_between(const std::vector<double>& pieces, int dof, const double* lower, const double* upper) {
     for (size_t row = 0; row < pieces.size(); row += 3 * dof)
         for (int j = 0; j < dof; ++j) {

@@ -1,5 +1,5 @@
-// What the refinement of a path tries: places to which its waypoints may go, and stretches on which some joints move
-// evenly. Nothing is proven here.
+// Candidates of path refinement: new positions of waypoints, and stretches on which some joints move evenly. Proofs are
+// elsewhere.
 #pragma once
 
 #include <numeric>
@@ -9,23 +9,22 @@
 namespace planner {
 
 struct MoveRules {
-    double gain;                  // relative: what is no cheaper than by this is no place to go
+    double gain;                  // smallest relative gain of a candidate
     const double *lower, *upper;  // (dof,) of joints that do not wrap
     const double* mixes;          // (mixes, 2) shares of a step downhill, and of the way to the middle
     int mix_count, draw_count, most;
 };
 
-// Where a waypoint may go between its neighbours: downhill in cost by finite differences, towards the middle between them,
-// and at random near downhill.
+// Candidates of a waypoint between its neighbours: down the gradient of the cost by finite differences, towards the
+// midpoint, and at random near the gradient.
 class WaypointMoves {
    public:
     WaypointMoves(const Chain& chain, const Tool& tool, const Prices& prices, const MoveRules& rules)
         : dof_(chain.dof()), pricing_(chain, tool, prices), slopes_(chain, tool, coarse(prices)), wraps_(prices.wraps),
           rules_(rules), downhill_(dof_) {}
 
-    // Up to `most` places (most, dof), the cheapest first, for the waypoint `here` of a path; how many. `size` (rad) of a
-    // step downhill; `draws` (draws, dof + 1): what is added to the direction downhill, of length 1, and which share of a
-    // step is made.
+    // Write up to `most` positions (most, dof) of the waypoint `here`, the cheapest first; returns their number. `size`
+    // (rad) is the step; `draws` (draws, dof + 1) are offsets to the unit direction downhill, and shares of the step.
     int find(const double* here, double size, const double* draws, double* places) {
         look_downhill(here);
         rows_.assign(here, here + dof_);
@@ -65,7 +64,7 @@ class WaypointMoves {
         }
     }
 
-    // The costs of the motions by way of each of the `count` rows.
+    // Costs of the two motions through each of `count` rows.
     void price(Pricing& pricing, const double* here, int count) {
         const size_t width = dof_;
         start_.resize(2 * count * width), end_.resize(2 * count * width), both_.resize(2 * count), costs_.resize(count);
@@ -80,7 +79,7 @@ class WaypointMoves {
         for (int k = 0; k < count; ++k) costs_[k] = both_[2 * k] + both_[2 * k + 1];
     }
 
-    // Prices that tell which way is downhill: w is looked at in a few states.
+    // Prices for the gradient: w at few states.
     static Prices coarse(Prices prices) {
         constexpr int few = 3;
         prices.spacing *= (prices.fewest - 1.0) / (few - 1.0);
@@ -88,8 +87,8 @@ class WaypointMoves {
         return prices;
     }
 
-    // `downhill_` becomes the unit vector in which the cost of the motions falls fastest. Beside a floor a slope may be
-    // infinite: only the rest is followed there.
+    // `downhill_` becomes the unit vector of steepest descent of the cost. At a floor a slope can be infinite; then only the
+    // finite slopes count.
     void look_downhill(const double* here) {
         constexpr double far = 1e-3;  // rad
         rows_.assign(here, here + dof_);
@@ -114,8 +113,8 @@ class WaypointMoves {
     std::vector<int> order_;
 };
 
-// A stretch (length + 1, dof) of a path after `joints` (dof,) went a `share` of the way to moving evenly on it, by how
-// far it has come in all joints.
+// A stretch (length + 1, dof) of a path with `joints` (dof,) moved by a `share` towards even motion in the arc length of
+// all joints.
 inline void even_stretch(const double* path, int length, int dof, const uint8_t* joints, double share, double* found) {
     const size_t width = dof;
     std::vector<double> along(length + 1, 0.0);
@@ -137,8 +136,8 @@ inline void even_stretch(const double* path, int length, int dof, const uint8_t*
         }
 }
 
-// Tries (tries, count): stretches between rows `ends` (2), on which `joints` (dof,) go a `share` of the way to moving
-// evenly; of each try the `most` best ones count that gain more than `gain`, relative to the path.
+// Tries (tries, count): stretches between rows `ends` (2), on which `joints` (dof,) move by a `share` towards even motion.
+// Of each try at most the `most` best stretches with a relative gain above `gain` are candidates.
 struct StretchRules {
     int count, most;
     double gain;
@@ -147,7 +146,7 @@ struct StretchRules {
     const double* share;
 };
 
-// The stretches of a try on `path` (n, dof), whose motions cost as much as `now` (n - 1,) says.
+// The stretches of a try on `path` (n, dof), whose motions have the costs `now` (n - 1,).
 class Stretches {
    public:
     std::vector<double> path, now;
@@ -157,7 +156,7 @@ class Stretches {
           pricing_(chain, tool, prices), states_(rules.count * path.size()), costs_(rules.count * now.size()),
           gains_(rules.count), order_(rules.count) {}
 
-    // How many of the `attempt`-th try are worth a proof.
+    // The number of candidates of the `attempt`-th try.
     int find(int attempt) {
         before_ = static_cast<size_t>(attempt) * rules_.count;
         for (int k = 0; k < rules_.count; ++k) {
@@ -178,7 +177,7 @@ class Stretches {
         return worth;
     }
 
-    // Of the one in this place, the best one first: its first row, how many motions it has, its states and their costs.
+    // The candidate of a rank: first row, number of motions, states and costs.
     size_t first(int place) const { return first_of(order_[place]); }
     int length(int place) const { return length_of(order_[place]); }
     const double* states(int place) const { return &states_[order_[place] * path.size()]; }

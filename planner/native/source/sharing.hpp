@@ -15,9 +15,9 @@
 
 namespace planner {
 
-inline std::atomic<int> most_threads{0};  // as many as there are processors where it is 0
+inline std::atomic<int> most_threads{0};  // 0: one per processor
 
-// How many threads work is shared among.
+// Number of threads that share work.
 inline int threads() {
     if (const int most = most_threads) return most;
 #ifdef __linux__
@@ -27,9 +27,9 @@ inline int threads() {
     return std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
 }
 
-// Do `work(k, worker)` for k in [0, count) on some threads; `make` makes what each of them works in. Whatever the
-// threads, every k is worked on alone: the results are the same. No thread is waited for that has not begun: on a busy
-// machine that takes longer than the work.
+// Do `work(k, worker)` for k in [0, count) on some threads; `make` makes the worker of each thread. Each k is independent,
+// so results do not depend on the threads. The call does not wait for threads that have not begun: on a busy machine
+// that takes longer than the work.
 template <class Make, class Work>
 void share_out(int count, int least, Make make, Work work, int most = threads()) {
     std::atomic<int> next{0};
@@ -37,7 +37,7 @@ void share_out(int count, int least, Make make, Work work, int most = threads())
     std::exception_ptr failure;
     const auto fail = [&] {
         if (!failed.exchange(true)) failure = std::current_exception();
-        next = count;  // nothing is left to do
+        next = count;  // other threads stop
     };
     const auto begin = [&](Call* call, const auto& stopped) {
         try {
@@ -45,7 +45,7 @@ void share_out(int count, int least, Make make, Work work, int most = threads())
             if (k >= count) return;
             const Working working(call);
             auto worker = make();
-            for (; k < count; k = stopped() ? count : next++) heed(), work(k, worker);
+            for (; k < count; k = stopped() ? count : next++) poll_signal(), work(k, worker);
         } catch (...) {
             fail();
         }
@@ -59,7 +59,7 @@ void share_out(int count, int least, Make make, Work work, int most = threads())
         begin(current_call, [] { return false; });
         while (!pool.over(job, std::chrono::milliseconds(20))) {
             try {
-                heed();
+                poll_signal();
             } catch (...) {
                 fail();
             }
@@ -70,10 +70,10 @@ void share_out(int count, int least, Make make, Work work, int most = threads())
     if (failed) std::rethrow_exception(failure);
 }
 
-// The same for the rows [begin, end) of many blocks of `flow_block` rows.
+// Share rows in blocks of `flow_block` rows, work(begin, end, block).
 template <class Work>
 void share_out_rows(int64_t rows, Work work) {
-    constexpr int64_t shared_from = 16384;  // rows from which a thread more gains more than it costs to start
+    constexpr int64_t shared_from = 16384;  // rows per thread that outweigh its start
     const int blocks = static_cast<int>((rows + flow_block - 1) / flow_block);
     share_out(
         blocks, 32, [] { return 0; },

@@ -1,5 +1,5 @@
-// Sines and cosines of several angles at a time, written without branches and calls: the same bits whatever the C
-// library and the processor, and a fraction of the time.
+// Sines and cosines of several angles at a time, without branches and calls: fast, and the same bits for all C libraries
+// and processors.
 #pragma once
 
 #include <cmath>
@@ -10,14 +10,14 @@
 
 namespace planner {
 
-constexpr double farthest_angle = 1e6;  // beyond it the parts of pi / 2 do not reach, and the C library is asked
+constexpr double farthest_angle = 1e6;  // larger angles use the C library
 
 // sin(angle) to 2e-16 and 1 - cos(angle) to 3e-16, for angles of at most `farthest_angle`.
 //
-// angle = k pi / 2 + r with |r| <= pi / 4 and a little: k times the first two parts of pi / 2, of 33 bits each, is exact.
-// The series of sin r and 1 - cos r end below the last bit. What is left of k in quarters says which is which.
+// angle = k pi / 2 + r with |r| <= pi / 4 and a little: k times the first two 33-bit parts of pi / 2 is exact (Cody and
+// Waite). The series of sin r and 1 - cos r end below the last bit; k modulo 4 selects sine or cosine and the sign.
 INLINED void near_sines(const Four& angle, Four& sine, Four& versine) {
-    constexpr double shift = 0x1.8p52;  // its last bit counts ones
+    constexpr double shift = 0x1.8p52;  // its last bit is the unit
     const Four shifted = angle * 0x1.45f306dc9c883p-1 + shift, k = shifted - shift;
     const Four r = ((angle - k * 0x1.921fb544p+0) - k * 0x1.0b4611a6p-34) - k * 0x1.3198a2e037073p-69, z = r * r;
     Four s = Four{} - 1.0 / 1307674368000.0;  // 1 / 15!
@@ -52,7 +52,7 @@ INLINED void sine_and_versine(const Four& angle, Four& sine, Four& versine) {
 
 constexpr int most_angles = 8;
 
-// The same of `count` angles, at most `most_angles`.
+// sin and 1 - cos of `count` angles, at most `most_angles`.
 FOR_THIS_PROCESSOR inline void sines_and_versines(const double* angles, int count, double* sines, double* versines) {
     for (int first = 0; first < count; first += 4) {
         Four angle = {}, sine, versine;
@@ -62,7 +62,7 @@ FOR_THIS_PROCESSOR inline void sines_and_versines(const double* angles, int coun
     }
 }
 
-// The same at four configurations each.
+// sin and 1 - cos of `count` angles at four configurations each.
 INLINED void sines_and_versines(const Four* angles, int count, Four* sines, Four* versines) {
     for (int k = 0; k < count; ++k) sine_and_versine(angles[k], sines[k], versines[k]);
 }

@@ -1,4 +1,4 @@
-// Shapes to be measured: a convex set, or the triangles of a mesh in a tree of balls.
+// Shapes for distances: a convex set, or the triangles of a mesh in a tree of balls.
 #pragma once
 
 #include <array>
@@ -21,14 +21,14 @@ struct Target {
     double size() const { return (is_cylinder ? std::hypot(half.x, half.z) : length(half)) + radius; }
 };
 
-// A target in the world that is given in a frame.
-inline Target carried(const Target& target, const Frame& frame) {
+// A target of a frame, in the world.
+inline Target transform(const Target& target, const Frame& frame) {
     Target placed = target;
     placed.to_local = target.to_local * inverse(frame);
     return placed;
 }
 
-// Distances (m) of `count` spheres from a target: below zero where the middle lies within the rounding or the radius.
+// Distances (m) of `count` spheres to a target; negative if the middle is within the rounding or the radius.
 FOR_THIS_PROCESSOR inline void distances_to(const Target& target, const double* x, const double* y, const double* z,
                                             const double* radii, int count, double* gaps) {
     const double* m = target.to_local.turn.m;
@@ -53,8 +53,7 @@ FOR_THIS_PROCESSOR inline void distances_to(const Target& target, const double* 
     }
 }
 
-// Part of a solid: a ball that holds it, and the two parts that it is cut into, or of a surface its one triangle.
-// Small, as a large mesh has two for every triangle.
+// Part of a solid: its bounding ball, and its two halves, or its one triangle. Small, as a mesh has two per triangle.
 struct Part {
     Vec middle;
     double size;
@@ -63,17 +62,16 @@ struct Part {
     bool is_leaf() const { return left < 0; }
 };
 
-// A shape in the frame of what carries it. A mesh that is not convex counts as the surface of its triangles.
+// A shape in its frame. A mesh that is not convex is the surface of its triangles.
 struct Solid {
     Convex hull;
-    double depth = 0.0;                           // m: how deep the surface lies below the hull
-    std::vector<Part> parts;                      // the first is the whole; one only where the solid is convex
-    int corners = 3;                              // of each part that is not cut: 1 in a cloud of points, 8 of boxes
+    double depth = 0.0;                           // m, largest depth of the surface below the hull
+    std::vector<Part> parts;                      // the first is the whole solid; a convex solid has one
     std::vector<std::unique_ptr<double[]>> kept;  // the points
 
     bool is_convex() const { return parts.size() == 1; }
 
-    // The convex set that stands for a part: its ball, or at the end of a branch what is in it.
+    // The convex set of a part: its ball, or the content of a leaf.
     Convex set(const Part& part) const {
         if (part.is_leaf() && !part.corners) return hull;
         if (part.is_leaf()) return {part.corners, corners, false, hull.radius, part.middle};
@@ -102,10 +100,10 @@ struct Solid {
         return solid;
     }
 
-    // The union of `count` convex sets, each the hull of `corners` points (x, y and z of each; triangles of a surface have
-    // three), rounded by `radius`, with the corners of a hull that holds it, and how deep it lies below that.
-    static Solid of_surface(const double* hull_points, int hull_count, const double* triangles, int count, int corners,
-                            double depth, double radius) {
+    // The surface of `count` triangles (9 numbers each), rounded by `radius`, with the corners of their hull, and its depth
+    // below the hull.
+    static Solid of_triangles(const double* hull_points, int hull_count, const double* triangles, int count,
+                              double depth, double radius) {
         Solid solid;
         solid.depth = depth, solid.corners = corners;
         const size_t numbers = 3 * static_cast<size_t>(corners) * count;
@@ -136,14 +134,14 @@ struct Solid {
         return set;
     }
 
-    // Points put down by their x, then y, then z.
+    // Write points as x, then y, then z.
     static const double* by_axis(const double* points, int count, double* place) {
         for (int k = 0; k < count; ++k)
             for (int axis = 0; axis < 3; ++axis) place[axis * count + k] = points[3 * k + axis];
         return place;
     }
 
-    // The box along the axes that holds some points, and a ball about its middle.
+    // The axis-aligned box of points, and a ball about its middle.
     struct Box {
         Vec low, high;
 
@@ -153,7 +151,7 @@ struct Solid {
             low = {std::min(low.x, p.x), std::min(low.y, p.y), std::min(low.z, p.z)};
             high = {std::max(high.x, p.x), std::max(high.y, p.y), std::max(high.z, p.z)};
         }
-        // The square of a point's distance from the middle.
+        // Square of the distance of a point to the middle.
         double away(const double* point) const {
             const Vec out = vec_at(point) - 0.5 * (low + high);
             return dot(out, out);
@@ -174,12 +172,12 @@ struct Solid {
         const double* middles;
         int every, corners;
         double radius;
-        double* free;    // room for the corners of those that come
-        Ranked* ranked;  // room for all
+        double* free;    // memory for corners
+        Ranked* ranked;  // memory for sorting
 
-        // Add the part of `count` triangles, cut at the median along the axis on which their middles are spread most.
+        // Add the part of `count` triangles, cut at the median along the axis with the largest spread of their middles.
         int grow(Solid& solid, int* order, int count) {
-            heed_at(static_cast<int64_t>(solid.parts.size()));
+            poll_signal_at(static_cast<int64_t>(solid.parts.size()));
             const int here = static_cast<int>(solid.parts.size());
             solid.parts.push_back(ball(order, count));
             if (count == 1) {
@@ -228,18 +226,18 @@ struct Solid {
     };
 };
 
-// How close a bound on a distance has to be.
+// Required accuracy of a bound on a distance.
 struct Closeness {
-    double enough = infinity;       // m: larger bounds need not be better
-    double hull_enough = infinity;  // m: nor need those between hulls, whatever dents there are below them
+    double enough = infinity;       // m, sufficient bound
+    double hull_enough = infinity;  // m, sufficient bound between hulls
 };
 
-// A lower bound (m) on the distance of two placed solids, 0 where they touch: a micrometre from it but for what
-// `closeness` allows, and short of it by no more than dents are deep where these are farther apart than that.
+// A lower bound (m) on the distance of two placed solids, 0 if they touch; accurate to a micrometre, or as `closeness`
+// allows, and to the depth of the surfaces for distant hulls.
 //
-// `apart` is a guess of the vector between them, and is left at the last one that held between the hulls. The balls of
-// pairs of parts are asked first, and the parts themselves only where these are nearer than what is known. A ball's
-// distance from a `target` that holds b, where there is one, is no more than that from b and takes no search.
+// `apart` is a guess of the vector between them, and becomes the last one between the hulls. Balls of parts are checked
+// first, and parts only if their balls are closer than the current bound. The distance of a ball to a `target` around b,
+// if given, is a lower bound without a search.
 inline double solid_gap(const Solid& a, const Frame* at_a, const Solid& b, const Frame* at_b, Vec& apart,
                         Closeness closeness, const Target* target = nullptr) {
     double enough = closeness.enough;
@@ -284,7 +282,7 @@ inline double solid_gap(const Solid& a, const Frame* at_a, const Solid& b, const
         Pair two = cut_first ? Pair{p.right, here.second, 0.0} : Pair{here.first, q.right, 0.0};
         one.bound = bound(one.first, one.second), two.bound = bound(two.first, two.second);
         if (one.bound < two.bound) std::swap(one, two);
-        open.push_back(one), open.push_back(two);  // the nearer one next
+        open.push_back(one), open.push_back(two);  // the nearer one is next
     }
     return std::max(least, whole);
 }

@@ -1,25 +1,25 @@
-// How fast the bodies of an arm move along a joint path: at a state exactly, and how much faster around it at most.
+// Speeds of an arm's bodies along a joint path: exact at a state, and bounds on their change around it.
 //
-// A point p of a body moves at dp/ds = sum_j q'_j dp/dq_j, its body's turn and slide at the state, which is less than the
-// sum of what each joint moves it: joints work against each other. Where joint j carries joint k, dp/dq_k turns with
-// joint j, so that |d2p / dq_j dq_k| is at most the reach R_k from the axis of joint k, and 0 where joint j slides. So
-// |d2p/ds2| <= sum_k |q''_k| R_k + sum_jk |q'_j| |q'_k| R_k, k the one of the two that is farther out.
+// A point p of a body moves at dp/ds = sum_j q'_j dp/dq_j, by the body's turn and slide at the state. That is less than
+// the sum over joints of absolute values. If joint j carries joint k, dp/dq_k turns with joint j, so |d2p / dq_j dq_k| is
+// at most the reach R_k from the axis of joint k, and 0 if joint j slides. So |d2p/ds2| <= sum_k |q''_k| R_k +
+// sum_jk |q'_j| |q'_k| R_k, with k the outer one of the two.
 #pragma once
 
 #include "world.hpp"
 
 namespace planner {
 
-// Of a body's points, per unit of s: no point is faster than `at` at the state, nor by more than `change` times |s|
-// elsewhere. Nothing is known where `at` is infinite.
+// Bounds on the speed of a body's points, per unit of s: `at` at the state, plus `change` times |s| elsewhere; infinite if
+// unknown.
 struct Speed {
     double at = infinity, change = 0.0;
 
-    // What no point exceeds as long as s is no farther than `x` from the state.
+    // Bound on the speed within `x` of the state.
     double anywhere(double x) const { return at + change * x; }
-    // Metres that a point moves at most from the state to `x` away from it in s.
+    // Bound (m) on the motion within `x` of the state.
     double moved(double x) const { return (at + 0.5 * change * x) * x; }
-    // How far in s from the state no point has moved by `distance` (m), which is no less than 0.
+    // Distance in s from the state within which no point moves by `distance` (m), at least 0.
     double within(double distance) const {
         return distance > 0.0 ? 2.0 * distance / (at + std::sqrt(at * at + 2.0 * change * distance)) : 0.0;
     }
@@ -31,9 +31,8 @@ class Speeds {
     Speeds(const World& world, const double* body_reach)
         : world_(world), body_reach_(body_reach), turns_(world.chain.size() + 1), slides_(world.chain.size() + 1) {}
 
-    // At joints that are placed in `scratch`, spheres too, where the planned ones move at `velocities` (dof,); on an
-    // interval around the state, in which no joint's velocity is larger than `rates` (joints,), nor its change than
-    // `bends` (joints,).
+    // Compute speeds for the placements of `scratch`, velocities (dof,) of planned joints at the state, and bounds on
+    // velocities `rates` (joints,) and their derivatives `bends` (joints,) on the interval.
     void at(const Scratch& scratch, const double* velocities, const double* rates, const double* bends) {
         scratch_ = &scratch, rates_ = rates, bends_ = bends;
         for (int j = 1; j <= world_.chain.size(); ++j) {
@@ -48,10 +47,10 @@ class Speeds {
         }
     }
 
-    // Of a body, seen from the base.
+    // Speed of a body, relative to the base.
     Speed of(int body) const { return seen_from(0, body); }
 
-    // Of one of two bodies, seen from the other; unknown where neither's joint carries the other.
+    // Relative speed of two bodies; unknown if neither joint carries the other.
     Speed between(int first, int second) const {
         const int a = world_.items[first].joint, b = world_.items[second].joint;
         return carries(a, b) ? seen_from(a, second) : carries(b, a) ? seen_from(b, first) : Speed();
@@ -68,7 +67,7 @@ class Speeds {
         if (item.spheres == 0) return {};
         const double* reach = body_reach_ + static_cast<size_t>(body) * world_.chain.size();
         Speed speed{0.0, 0.0};
-        double beyond = 0.0;  // by the joints that are farther out
+        double beyond = 0.0;  // of the outer joints
         for (int j = item.joint; j != joint; j = world_.chain.joints[j - 1].parent) {
             const double own = rates_[j - 1] * reach[j - 1];
             if (!world_.chain.joints[j - 1].prismatic) speed.change += rates_[j - 1] * (own + 2.0 * beyond);
@@ -86,7 +85,7 @@ class Speeds {
 
     const World& world_;
     const double* body_reach_;
-    std::vector<Vec> turns_, slides_;  // of each joint's frame: what is at the room's origin slides so
+    std::vector<Vec> turns_, slides_;  // of each joint's frame: velocity of the point at the world origin
     const Scratch* scratch_ = nullptr;
     const double *rates_ = nullptr, *bends_ = nullptr;
 };

@@ -9,15 +9,14 @@
 
 namespace planner {
 
-// A stretch of a piece q(s) on which u = d²s/dt² is constant, so that x = (ds/dt)² grows by 2 u a unit of s. The joints'
-// accelerations q' u + q'' x are linear in s: within limits at both ends, they are so all along. A line is one stretch,
-// on which the motion speeds up, cruises and brakes. `joint` is by what x is multiplied where the next stretch begins, 0
-// where the motion stops.
+// A stretch of a piece q(s) on which u = d²s/dt² is constant, so x = (ds/dt)² grows by 2 u per unit of s. The joint
+// accelerations q' u + q'' x are linear in s, so limits at both ends suffice. A line is one stretch, on which the motion
+// accelerates, cruises and brakes. `joint` is the factor of x at the start of the next stretch, 0 for a stop.
 class Stretch {
    public:
     double joint = 1.0;
 
-    // `piece` holds c0, c1, c2 of q(s) = c0 + c1 s + c2 s^2, of which this is the part in [low, high].
+    // `piece` has c0, c1, c2 of q(s) = c0 + c1 s + c2 s^2; the stretch is [low, high] in s.
     Stretch(int dof, const double* piece, double low, double high, const double* velocity, const double* acceleration)
         : dof_(dof), first_(dof), last_(dof), bend_(dof), limit_(acceleration), length_(high - low) {
         most_first_ = most_last_ = rate_ = infinity, line_ = true;
@@ -31,14 +30,14 @@ class Stretch {
         }
     }
 
-    // The largest x at the beginning from which x can be `most` or less at the end: by Newton's method from above on
-    // (largest u) - (least u), which is concave and piecewise linear in x.
+    // The largest x at the start from which x can be at most `most` at the end: Newton's method from above on (largest u) -
+    // (least u), which is concave and piecewise linear in x.
     double controllable(double most) const {
-        constexpr int steps = 60;  // each leaves one of finitely many lines behind
+        constexpr int steps = 60;  // each step drops one of finitely many lines
         most = std::min(most, most_last_);
         if (line_) return std::min(most_first_, most + 2.0 * length_ * rate_);
         double x = most_first_;
-        for (int j = 0; j < dof_; ++j) {  // where a joint does not move along, only x bends it
+        for (int j = 0; j < dof_; ++j) {  // with q' = 0 the acceleration depends on x only
             if (first_[j] == 0.0 && bend_[j] != 0.0) x = std::min(x, limit_[j] / std::fabs(bend_[j]));
             if (last_[j] + 2.0 * length_ * bend_[j] == 0.0 && bend_[j] != 0.0)
                 x = std::min(x, limit_[j] / std::fabs(bend_[j]));
@@ -53,22 +52,21 @@ class Stretch {
         return x;
     }
 
-    // The largest x at the end, `most` or less, after x at the beginning; u, or on a line the largest u.
+    // The largest x at the end, at most `most`, after x at the start; sets u, on a line the largest u.
     double quickest(double x, double most, double& u) const {
         most = std::min(most, most_last_);
         if (line_) return u = rate_, std::min(most, x + 2.0 * length_ * rate_);
         const Range range = range_at(x, most);
-        u = range.high >= range.low ? range.high : 0.5 * (range.low + range.high);  // they cross by rounding only
+        u = range.high >= range.low ? range.high : 0.5 * (range.low + range.high);  // they cross only by rounding
         return std::max(0.0, x + 2.0 * length_ * u);
     }
 
    private:
-    // Keeps |q'| sqrt(x) below a joint's limit v all along: x below v² / q'², which is convex wherever q' has no root. The
-    // chord between its ends exceeds it by a factor kappa at most; what is linear and below the chord by kappa does not.
-    // Where q' changes by more than that is worth it is the tangent at the quicker end, and behind a root what the other
-    // end allows.
+    // Keep |q'| sqrt(x) below a joint's limit v: x below v² / q'², which is convex if q' has no root. Its chord exceeds it
+    // by a factor of at most kappa, so a linear x below the chord divided by kappa is within the limit. For larger changes
+    // of q' the bound is the tangent at the quicker end, and behind a root the limit of the other end.
     void limit_speed(double first, double last, double velocity) {
-        constexpr double least = 1e-4, most = 0.3;  // changes of q' for which the chord is taken: below it is rounding
+        constexpr double least = 1e-4, most = 0.3;  // changes of q' with the chord bound; smaller ones are rounding
         const bool falls = std::fabs(first) >= std::fabs(last);
         const double quick = falls ? first : last, ratio = (falls ? last : first) / quick;
         if (quick == 0.0) return;
@@ -114,13 +112,13 @@ class Stretch {
     bool line_;
 };
 
-// x at the beginning of every stretch, at its end before `joint`, and u: three numbers each. From the end back the
-// largest x from which the rest can be done, from the start on the largest u that stays below it (Pham and Pham 2018).
+// Write x at the start of every stretch, at its end before `joint`, and u. A backward pass computes the largest x from
+// which the rest is feasible, a forward pass the largest u below it (Pham and Pham 2018).
 inline void quickest_motion(const std::vector<Stretch>& stretches, double* found) {
     const size_t count = stretches.size();
     std::vector<double> most(count + 1);
     for (size_t k = count; k-- > 0;) {
-        heed_at(static_cast<int64_t>(k));
+        poll_signal_at(static_cast<int64_t>(k));
         const double joint = stretches[k].joint;
         most[k] = stretches[k].controllable(joint > 0.0 ? most[k + 1] / joint : 0.0);
     }

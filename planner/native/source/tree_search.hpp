@@ -1,15 +1,15 @@
 // Two trees that grow towards each other until a motion joins them, on motions that look free.
 //
-// RRTConnect (Kuffner and LaValle 2000), whose smaller tree grows, and whose nodes that were refused are drawn by nearby
-// states alone from then on (dynamic domains: Yershova, Jaillet, Simeon and LaValle 2005): out of a cage and between
-// shelves that takes a tenth of the motions.
+// RRTConnect (Kuffner and LaValle 2000) that grows the smaller tree, with dynamic domains (Yershova, Jaillet, Simeon and
+// LaValle 2005): only nearby states extend a node with a refused motion. In cages and shelves that takes a tenth of the
+// motions.
 #pragma once
 
-#include "glance.hpp"
+#include "state_check.hpp"
 
 namespace planner {
 
-// States, joint beside joint, so that distances are computed several at a time.
+// States by joint, so that distances are computed several at a time.
 class SearchTree {
    public:
     SearchTree(int dof, const uint8_t* wraps) : dof_(dof), wraps_(wraps), joints_(dof) {}
@@ -35,7 +35,7 @@ class SearchTree {
     }
 
     std::vector<int> parents;     // -1 of a root
-    std::vector<double> domains;  // rad: how far a state may be that draws a node
+    std::vector<double> domains;  // rad, largest distance of a state that extends a node
 
    private:
     FOR_THIS_PROCESSOR static void add_squares(const double* values, int count, double value, bool wraps,
@@ -53,13 +53,13 @@ class SearchTree {
     std::vector<double> squares_;
 };
 
-// Where states are drawn, and which may be taken.
+// The sampled box, and conditions on states.
 struct SearchSpace {
-    const double *lower, *upper;  // (dof,) of the box that is drawn from
+    const double *lower, *upper;  // (dof,) sampled box
     const uint8_t* wraps;         // (dof,) joints whose values are angles from -pi to pi
-    double longest;               // rad: from a root of one tree to a state and on to one of the other
+    double longest;               // rad, largest length from a root of one tree over a state to one of the other
     double floor;                 // of manipulability, or 0
-    double floor_apart;           // rad between the states in which it is looked at
+    double floor_apart;           // rad between samples of manipulability
     int tool_joint;
     JacobianRows tool_rows;
     Vec tool;
@@ -73,20 +73,20 @@ class TreeSearch {
           dof_(world.chain.dof()), glance_(world), four_(world.chain), drawn_(dof_), end_(dof_), delta_(dof_),
           from_(dof_), to_(dof_), trees_{SearchTree(dof_, space.wraps), SearchTree(dof_, space.wraps)} {}
 
-    // The states of a path from one of `starts` to one of `goals`, (., dof), one after the other, or none once `limit`
-    // motions were looked at; or no motion for so many drawn states that none is to be expected.
+    // The states (., dof) of a path from one of `starts` to one of `goals`, or none after `limit` checked motions, or after
+    // many samples without a motion.
     std::vector<double> path(const double* starts, int start_count, const double* goals, int goal_count, int limit) {
         for (int k = 0; k < start_count; ++k) trees_[0].add(starts + k * dof_, -1);
         for (int k = 0; k < goal_count; ++k) trees_[1].add(goals + k * dof_, -1);
         roots_[0] = start_count, roots_[1] = goal_count;
         int grows = 1;
         for (int64_t round = 0; looked_at < limit && round < int64_t{draws_per_motion} * limit; ++round) {
-            if (heed() == Told::finish) break;
+            if (poll_signal() == Signal::finish) break;
             if (trees_[grows].size() >= trees_[1 - grows].size()) grows = 1 - grows;
             const int fresh = grow(grows);
             if (fresh < 0) continue;
             const int met = reach_out(1 - grows, trees_[grows], fresh, limit);
-            if (met >= 0) return grows == 0 ? joined(fresh, met) : joined(met, fresh);
+            if (met >= 0) return grows == 0 ? join_trees(fresh, met) : join_trees(met, fresh);
         }
         return {};
     }
@@ -95,14 +95,13 @@ class TreeSearch {
 
    private:
     static constexpr int draws_per_motion = 20;
-    static constexpr double domain_in_steps = 5.0;  // of a node that was refused
-    static constexpr double domain_change = 1e-4;   // with every motion from such a node, relative
+    static constexpr double domain_in_steps = 5.0;  // of a node with a refused motion
+    static constexpr double domain_change = 1e-4;   // relative, per motion of such a node
 
-    // A step of one tree towards a state that is drawn: the new node, or -1.
+    // Extend one tree by a step towards a sample; returns the new node, or -1.
     int grow(int which) {
         SearchTree& tree = trees_[which];
-        for (int j = 0; j < dof_; ++j)
-            drawn_[j] = space_.lower[j] + (space_.upper[j] - space_.lower[j]) * drawn_share();
+        for (int j = 0; j < dof_; ++j) drawn_[j] = space_.lower[j] + (space_.upper[j] - space_.lower[j]) * draw_share();
         double square = 0.0;
         const int node = tree.nearest(drawn_.data(), square);
         const double domain = tree.domains[node];
@@ -110,7 +109,7 @@ class TreeSearch {
         bool there = false;
         const int fresh = step_to(which, node, drawn_.data(), there);
         if (fresh >= 0)
-            tree.domains[node] = (1.0 + domain_change) * domain;  // infinite still where it has not been refused
+            tree.domains[node] = (1.0 + domain_change) * domain;  // infinite before a refusal
         else if (domain == infinity)
             tree.domains[node] = domain_in_steps * step_;
         else
@@ -118,7 +117,7 @@ class TreeSearch {
         return fresh;
     }
 
-    // Steps of one tree towards a node of the other: the node that is there, or -1.
+    // Extend one tree towards a node of the other; returns the node there, or -1.
     int reach_out(int which, const SearchTree& other, int target, int limit) {
         std::vector<double> goal(dof_);
         other.state(target, goal.data());
@@ -129,8 +128,8 @@ class TreeSearch {
         return there ? node : -1;
     }
 
-    // Add the state that is a step from a node towards `target`, or `target` where that is no farther; -1 where that is
-    // not allowed. `there` whether it is the target.
+    // Add the state a step from a node towards `target`, or a nearer `target`; returns its node, or -1 if refused. `there`
+    // is set if it is the target.
     int step_to(int which, int node, const double* target, bool& there) {
         SearchTree& tree = trees_[which];
         tree.state(node, from_.data());
@@ -173,7 +172,7 @@ class TreeSearch {
         return sum <= space_.longest;
     }
 
-    // Whether manipulability is not below the floor along the motion, of `length` (rad).
+    // Whether samples of manipulability are above the floor along the motion of `length` (rad).
     bool above_floor(double length) {
         if (!(space_.floor > 0.0)) return true;
         require(length / space_.floor_apart <= INT32_MAX / 4,
@@ -192,8 +191,8 @@ class TreeSearch {
         return true;
     }
 
-    // The way through the first tree to `first`, and from `last`, which is at the same place, through the second.
-    std::vector<double> joined(int first, int last) {
+    // The path through the first tree to `first`, and from the equal state `last` through the second tree.
+    std::vector<double> join_trees(int first, int last) {
         std::vector<double> states, q(dof_);
         std::vector<int> up;
         for (int node = first; node >= 0; node = trees_[0].parents[node]) up.push_back(node);
@@ -206,14 +205,14 @@ class TreeSearch {
         return states;
     }
 
-    // An angle, or a difference of two, brought to half a turn at most where the joint wraps.
+    // An angle, or difference of angles, reduced to half a turn for joints that wrap.
     double shorter(double angle, int joint) const {
         if (!space_.wraps[joint] || std::fabs(angle) <= M_PI) return angle;
         return angle > 0.0 ? angle - 2.0 * M_PI : angle + 2.0 * M_PI;
     }
 
-    // The next of evenly distributed numbers from 0 to 1, the same on every machine (SplitMix64: Steele and others 2014).
-    double drawn_share() {
+    // The next uniform number in [0, 1], the same on every machine (SplitMix64: Steele and others 2014).
+    double draw_share() {
         uint64_t mixed = random_ += 0x9E3779B97F4A7C15u;
         mixed = (mixed ^ (mixed >> 30)) * 0xBF58476D1CE4E5B9u;
         mixed = (mixed ^ (mixed >> 27)) * 0x94D049BB133111EBu;
@@ -226,7 +225,7 @@ class TreeSearch {
     const double step_, look_apart_;
     uint64_t random_;
     const int dof_;
-    Glance glance_;
+    StateCheck glance_;
     FourScratch four_;
     std::vector<double> drawn_, end_, delta_, from_, to_;
     SearchTree trees_[2];

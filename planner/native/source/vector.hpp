@@ -1,12 +1,11 @@
-// Vectors and rotations in space. Sums are written out, so that every compiler and processor adds in the same order.
+// Vectors and rotations in space. Sums are written out, so all compilers and processors add in the same order.
 #pragma once
 
 #include <cmath>
 #include <cstdint>
 
-// The best version for the processor at hand is chosen when the library is loaded, where compiler and C library know how.
-// The same bits with wider registers: no sum is taken in another order, and nothing is fused.
-// The thread sanitizer is not there yet at that time.
+// The loader selects the best version for the processor, if compiler and C library support it. Wider registers give the
+// same bits: sums keep their order, and nothing is fused. The thread sanitizer does not run at load time.
 #if defined(__x86_64__) && defined(__GLIBC__) && defined(__GNUC__) && !defined(__clang__) && \
     !defined(__SANITIZE_THREAD__)
 #define VERSIONS(...) __attribute__((target_clones(__VA_ARGS__, "default")))
@@ -15,15 +14,15 @@
 #endif
 #define FOR_THIS_PROCESSOR VERSIONS("avx2")
 
-// A call would leave the wider registers, and its caller's Four would be in others than it looks for it.
+// A call from a function with wider registers would pass a Four in other registers.
 #define INLINED inline __attribute__((always_inline))
 
 namespace planner {
 
-// Four numbers that are worked on at a time; each has the bits that it would have alone.
+// Four numbers at a time; each has the same bits as alone.
 typedef double Four __attribute__((vector_size(32)));
 
-// Whole numbers, as many as there are in a Four.
+// Integers, as many as in a Four.
 typedef int64_t FourWhole __attribute__((vector_size(32)));
 
 // A vector in space, or with T = Four one of each of four robots.
@@ -57,7 +56,7 @@ inline bool operator==(Vec a, Vec b) { return a.x == b.x && a.y == b.y && a.z ==
 inline double dot(Vec a, Vec b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
 inline double length(Vec a) { return std::sqrt(dot(a, a)); }
 
-// A 3 x 3 matrix, row after row; the unit matrix at first.
+// A 3 x 3 matrix by rows; initially the unit matrix.
 template <class T>
 struct MatOf {
     T m[9] = {T{} + 1.0, T{}, T{}, T{}, T{} + 1.0, T{}, T{}, T{}, T{} + 1.0};
@@ -71,7 +70,7 @@ INLINED VecOf<T> operator*(const MatOf<T>& a, const VecOf<S>& v) {
 }
 
 // The transpose times a vector.
-inline Vec turned_back(const Mat& a, Vec v) {
+inline Vec rotate_back(const Mat& a, Vec v) {
     return {a.m[0] * v.x + a.m[3] * v.y + a.m[6] * v.z, a.m[1] * v.x + a.m[4] * v.y + a.m[7] * v.z,
             a.m[2] * v.x + a.m[5] * v.y + a.m[8] * v.z};
 }
@@ -85,7 +84,7 @@ INLINED MatOf<T> operator*(const MatOf<T>& a, const MatOf<T>& b) {
     return c;
 }
 
-// A rotation and a position: where a frame stands in another.
+// A rotation and a position: the placement of a frame in another.
 template <class T>
 struct FrameOf {
     MatOf<T> turn;

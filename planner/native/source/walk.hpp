@@ -1,7 +1,7 @@
-// How far an arm's bodies move along joint paths, part by part, so that looks at them can be evenly spread.
+// Motion of an arm's bodies along joint paths, interval by interval, for evenly spaced samples.
 #pragma once
 
-#include "pieces.hpp"
+#include "polynomials.hpp"
 #include "speeds.hpp"
 
 namespace planner {
@@ -16,8 +16,7 @@ class Walk {
         bounds.require_of(world);
     }
 
-    // Into how many parts of one length in s a piece is cut, so that joints alone could move no point farther than
-    // `longest` (m) on one; infinite numbers for what is none.
+    // Number of equal intervals of a piece on which joints move no point farther than `longest` (m); can be infinite.
     double parts(int piece, double longest) {
         bound(1, piece, 0.0, 1.0, rates_);
         double motion = 0.0;
@@ -25,7 +24,7 @@ class Walk {
         return motion <= longest ? 1.0 : std::ceil(motion / longest);
     }
 
-    // Metres that no point exceeds on a part, from `low` to `high`.
+    // Bound (m) on the motion of all points on the interval [low, high].
     double part(int piece, double low, double high) {
         const double middle = 0.5 * (low + high), half = 0.5 * (high - low);
         pieces_.at(piece, middle, q_.data());
@@ -45,15 +44,15 @@ class Walk {
         for (int pair = world_.bodies * world_.obstacles(); pair < world_.pair_count(); ++pair) {
             const int first = world_.pairs[pair].first, second = world_.pairs[pair].second;
             const double apart = std::min(sum(reach_, pair), fastest_[first] + fastest_[second]);
-            double& share = of_pair_[pair];  // of the rest the largest is the same, in whatever order parts come
+            double& share = of_pair_[pair];  // the maximum does not depend on the order of intervals
             if (apart / fastest > share)
                 share = std::max(share, std::min(apart, speeds_.between(first, second).anywhere(half)) / fastest);
         }
         return fastest * (high - low);
     }
 
-    // Make `shares` (pairs,) as large as what distances of pairs change by at most on the parts that were asked about, of
-    // what the fastest point moves on these.
+    // Raise `shares` (pairs,) to the largest ratios of a pair's change of distance to the motion of the fastest point, over
+    // all intervals so far.
     void raise(double* shares) const {
         const int obstacles = world_.obstacles();
         const auto at_least = [&](int pair, double share) { shares[pair] = std::max(shares[pair], share); };
@@ -62,13 +61,13 @@ class Walk {
     }
 
    private:
-    // Bounds on a derivative of all joints.
+    // Bounds on a derivative of all joints on an interval.
     void bound(int order, int piece, double low, double high, std::vector<double>& all) {
         pieces_.bounds(order, piece, low, high, planned_.data());
         world_.chain.spread(planned_.data(), all.data());
     }
 
-    // What the joints move a row of some reach by at most, per unit of s.
+    // Bound on the motion of a row of reaches, per unit of s.
     double sum(const double* reach, int row) const {
         double sum = 0.0;
         for (size_t j = 0; j < rates_.size(); ++j) sum += reach[row * rates_.size() + j] * rates_[j];
@@ -82,7 +81,7 @@ class Walk {
     Speeds speeds_;
     Scratch scratch_;
     std::vector<double> q_, velocity_, planned_, rates_, bends_, fastest_;
-    std::vector<double> of_body_, of_pair_;  // the largest shares so far
+    std::vector<double> of_body_, of_pair_;  // largest shares so far
 };
 
 }  // namespace planner

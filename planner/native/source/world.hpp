@@ -1,4 +1,4 @@
-// A robot among obstacles, and lower bounds on the distances of all pairs that are checked.
+// A robot among obstacles, and lower bounds on the distances of all checked pairs.
 #pragma once
 
 #include <cstdint>
@@ -12,15 +12,15 @@
 
 namespace planner {
 
-constexpr double rounding = 1e-9;  // m by which a computed distance may exceed the true one
+constexpr double rounding = 1e-9;  // m, largest excess of a computed distance
 
 struct Item {
-    int joint = -1;  // of a body; -1: an obstacle
-    int frame = -1;  // what carries it: of a body its joint, of an obstacle that moves one behind these; -1: the world
-    double speed_limit = 0.0;  // m/s of an obstacle that may go anywhere else from where it is at time 0
+    int joint = -1;            // of a body; -1: an obstacle
+    int frame = -1;            // of a body its joint, of a moving obstacle one behind these; -1: the world
+    double speed_limit = 0.0;  // m/s of an obstacle with unknown motion from its placement at time 0
     std::shared_ptr<const Solid> solid;
     int first_sphere = 0, spheres = 0;  // of a body
-    std::vector<Target> targets;        // of an obstacle: together they hold it
+    std::vector<Target> targets;        // of an obstacle: their union contains it
 };
 
 struct Pair {
@@ -28,7 +28,7 @@ struct Pair {
     bool checked;
 };
 
-// Balls, one after the other: x, y and z of their middles, their radii.
+// Balls: x, y and z of their middles, and radii.
 struct Balls {
     std::vector<double> x, y, z, radius;
 
@@ -43,7 +43,7 @@ struct Balls {
     Vec middle(int k) const { return {x[k], y[k], z[k]}; }
 };
 
-// Let `least` (balls,) be no more than the square of each ball's distance from a point, less that of `size` and its radius.
+// Reduce `least` (balls,) to the squared distance of each ball to a point, less the square of `size` plus radius.
 FOR_THIS_PROCESSOR inline void lessen_to_ball(const Balls& balls, const Vec& point, double size, double* least) {
     const double *x = balls.x.data(), *y = balls.y.data(), *z = balls.z.data(), *radius = balls.radius.data();
     for (size_t k = 0; k < balls.x.size(); ++k) {
@@ -53,8 +53,8 @@ FOR_THIS_PROCESSOR inline void lessen_to_ball(const Balls& balls, const Vec& poi
     }
 }
 
-// The least distance (m) of `count` spheres, from number `first` on, from `others`; the radii's sum below zero, a contact,
-// where one is at no number. `gaps` (others,) is to work in.
+// The smallest distance (m) of `count` spheres, from number `first` on, to `others`; minus the sum of radii, a contact, for
+// NaN. `gaps` (others,) is working memory.
 FOR_THIS_PROCESSOR inline double least_between(const double* x, const double* y, const double* z, const double* radii,
                                                int first, int count, int other, int others, double* gaps) {
     const double *u = x + other, *v = y + other, *w = z + other, *size = radii + other;
@@ -69,7 +69,7 @@ FOR_THIS_PROCESSOR inline double least_between(const double* x, const double* y,
     return *std::min_element(gaps, gaps + others);
 }
 
-// Points (count,) of a frame, in the world: u, v and w.
+// Write points (count,) of a frame in the world: u, v and w.
 FOR_THIS_PROCESSOR inline void place_points(const Frame& frame, int count, const double* x, const double* y,
                                             const double* z, double* __restrict u, double* __restrict v,
                                             double* __restrict w) {
@@ -83,7 +83,7 @@ FOR_THIS_PROCESSOR inline void place_points(const Frame& frame, int count, const
     }
 }
 
-// The least of some numbers, or of `least`; four at a time, as one after the other each would wait for the one before.
+// The minimum of numbers and `least`; four at a time, to shorten dependencies.
 inline double least_of(const double* numbers, int count, double least) {
     if (count < 4) {
         for (int k = 0; k < count; ++k) least = std::min(least, numbers[k]);
@@ -97,7 +97,7 @@ inline double least_of(const double* numbers, int count, double least) {
     return std::min(least, std::min(std::min(of_four[0], of_four[1]), std::min(of_four[2], of_four[3])));
 }
 
-// What one thread works in.
+// Working memory of a thread.
 struct Scratch {
     std::vector<Frame> frames;
     std::vector<double> x, y, z, gaps, least;
@@ -108,18 +108,17 @@ class World {
    public:
     Chain chain;
     std::vector<Item> items;     // bodies, then obstacles
-    std::vector<int> unchecked;  // pairs that are not
+    std::vector<int> unchecked;  // pairs without a check
     std::vector<Pair> pairs;     // every body against every obstacle, then self-collision pairs
     std::vector<double> radii, sphere_x, sphere_y, sphere_z;  // of all bodies, in their joints' frames
-    std::vector<Motion> motions;       // of obstacles, their frames are behind those of the joints
+    std::vector<Motion> motions;       // of obstacles; their frames are behind those of the joints
     Balls body_balls, obstacle_balls;  // one around each; of bodies in their joints' frames
     int bodies = 0;
     double margin = 0.0;
-    std::vector<double>
-        travel;  // m (joints,) that slides go from 0 at most, where reaches hold; nothing: they always do
+    std::vector<double> travel;  // m (joints,), range of slides in which reaches hold; empty: always
 
     int obstacles() const { return static_cast<int>(items.size()) - bodies; }
-    // Of the base, of joints and of all that moves by itself.
+    // Frames of the base, of joints and of moving obstacles.
     size_t frame_count() const { return chain.size() + 1 + motions.size(); }
     int pair_count() const { return static_cast<int>(pairs.size()); }
 
@@ -133,13 +132,13 @@ class World {
                                                                : nullptr;
     }
 
-    // Give an obstacle a motion of its own, and a frame that goes with it.
+    // Give an obstacle a motion and a frame.
     void let_move(Item& obstacle, Motion motion) {
         motions.push_back(std::move(motion));
         obstacle.frame = chain.size() + static_cast<int>(motions.size());
     }
 
-    // The frames of all that moves by itself, at time t.
+    // Place the frames of moving obstacles at time t.
     void place_moving(double t, Frame* frames) const {
         for (size_t k = 0; k < motions.size(); ++k) frames[chain.size() + 1 + k] = motions[k].at(t);
     }
@@ -155,7 +154,7 @@ class World {
                 std::vector<Vec>(bodies)};
     }
 
-    // Put a ball around every item, and list what is not checked, once all are there.
+    // Compute the ball around every item, and list unchecked pairs; call after the last item.
     void measure() {
         for (int p = 0; p < pair_count(); ++p)
             if (!pairs[p].checked) unchecked.push_back(p);
@@ -170,8 +169,8 @@ class World {
         }
     }
 
-    // Which obstacles (obstacles,) are farther than `apart` (m) from all bodies where the joints are placed, as the balls
-    // around them show; none that moves by itself. `least` (obstacles,) is to work in.
+    // Mark obstacles (obstacles,) farther than `apart` (m) from all bodies at placed joints, by their balls; never moving
+    // ones. `least` (obstacles,) is working memory.
     void find_far(const Frame* frames, double apart, std::vector<double>& least, std::vector<uint8_t>& far) const {
         least.assign(obstacles(), infinity), far.resize(obstacles());
         for (int b = 0; b < bodies; ++b)
@@ -180,7 +179,7 @@ class World {
         for (int o = 0; o < obstacles(); ++o) far[o] = least[o] > 0.0 && items[bodies + o].frame < 0;
     }
 
-    // Put the spheres of all bodies where the joints are placed.
+    // Place the spheres of all bodies.
     void place_spheres(const Frame* frames, Scratch& s) const {
         for (int b = 0; b < bodies; ++b) {
             const int first = items[b].first_sphere;
@@ -189,10 +188,9 @@ class World {
         }
     }
 
-    // Lower bounds (pairs,) on the distances at placed joints: each body by a few spheres; infinite where not checked.
-    // Nothing is said of pairs that are `left_out` (pairs,) with all others of their obstacle, and nothing closer of two
-    // bodies than that they are `enough` (pairs,) apart where one ball around each of them shows it. Obstacles that are
-    // `far` (obstacles,) are infinitely far.
+    // Lower bounds (pairs,) on distances at placed joints, by a few spheres per body; infinite for unchecked pairs. Bounds
+    // are not computed for obstacles whose pairs are all `left_out` (pairs,), and are coarse for two bodies whose balls are
+    // `enough` (pairs,) apart. Obstacles marked `far` (obstacles,) are infinitely far.
     void coarse(const Frame* frames, Scratch& scratch, double* bounds, const uint8_t* left_out = nullptr,
                 const double* enough = nullptr, const uint8_t* far = nullptr) const {
         const int count = static_cast<int>(radii.size());
@@ -203,7 +201,7 @@ class World {
             const Frame* frame = frame_of(bodies + o, frames);
             for (const Target& target : items[bodies + o].targets) {
                 if (far && far[o]) break;
-                distances_to(frame ? carried(target, *frame) : target, scratch.x.data(), scratch.y.data(),
+                distances_to(frame ? transform(target, *frame) : target, scratch.x.data(), scratch.y.data(),
                              scratch.z.data(), radii.data(), count, scratch.gaps.data());
                 for (int b = 0; b < bodies; ++b)
                     scratch.least[b] =
@@ -222,7 +220,7 @@ class World {
         for (const int p : unchecked) bounds[p] = infinity;
     }
 
-    // The same of one pair that is checked; of spheres that are placed.
+    // The lower bound of one checked pair, for placed spheres.
     double coarse_of(int pair, const Frame* frames, Scratch& scratch) const {
         const Pair& p = pairs[pair];
         if (p.second < bodies) return between_spheres(p, scratch);
@@ -230,22 +228,21 @@ class World {
         const Frame* frame = frame_of(p.second, frames);
         double least = infinity;
         for (const Target& target : items[p.second].targets) {
-            distances_to(frame ? carried(target, *frame) : target, scratch.x.data() + first, scratch.y.data() + first,
+            distances_to(frame ? transform(target, *frame) : target, scratch.x.data() + first, scratch.y.data() + first,
                          scratch.z.data() + first, radii.data() + first, count, scratch.gaps.data());
             least = least_of(scratch.gaps.data(), count, least);
         }
         return least;
     }
 
-    // A lower bound (m) on the distance of one pair, see solid_gap. `apart` is a guess of the vector between the two and
-    // is made better.
+    // A lower bound (m) on the distance of one pair, see solid_gap; improves the guess `apart` of the vector between them.
     double close(int pair, const Frame* frames, Vec& apart, Closeness closeness) const {
         const Pair& p = pairs[pair];
         const Item &a = items[p.first], &b = items[p.second];
         const Frame* frame = frame_of(p.second, frames);
         if (b.targets.size() != 1)
             return solid_gap(*a.solid, frame_of(p.first, frames), *b.solid, frame, apart, closeness);
-        const Target target = frame ? carried(b.targets[0], *frame) : b.targets[0];
+        const Target target = frame ? transform(b.targets[0], *frame) : b.targets[0];
         return solid_gap(*a.solid, frame_of(p.first, frames), *b.solid, frame, apart, closeness, &target);
     }
 
@@ -279,8 +276,8 @@ class World {
     }
 };
 
-// How fast a joint's motion changes the distance of pairs (pairs, joints), and moves points of bodies (bodies, joints), in
-// every configuration; pairs that are static are left out.
+// Bounds over all configurations on the change of the distance of pairs (pairs, joints) and the motion of points of bodies
+// (bodies, joints) per joint motion; without static pairs.
 struct Bounds {
     std::vector<double> reach, body_reach;
     std::vector<uint8_t> is_static;

@@ -1,4 +1,4 @@
-// NumPy's arrays, as functions take and return them, and what holds while a call is at work.
+// NumPy's arrays as arguments and results, and the scope of a call.
 #pragma once
 
 #include <array>
@@ -22,9 +22,9 @@ namespace planner {
 namespace nb = nanobind;
 using namespace nb::literals;
 
-constexpr int any = -1;  // a length that the array brings along
+constexpr int any = -1;  // any length
 
-// An array of one type and shape; others are refused. What is not in C order is copied.
+// An array of one type and shape; other arrays are refused, and copied if not in C order.
 template <class T, int... Shape>
 struct Given {
     nb::ndarray<const T, nb::shape<Shape...>, nb::c_contig, nb::device::cpu> array;
@@ -34,7 +34,7 @@ struct Given {
     int count(int axis = 0) const { return static_cast<int>(array.shape(axis)); }
     size_t size() const { return array.size(); }
 
-    // Itself, unless a length is another than is needed; `any` fits all.
+    // Return the array; refuse other lengths, except for `any`.
     const Given& of(std::array<int64_t, sizeof...(Shape)> lengths) const {
         for (size_t k = 0; k < lengths.size(); ++k)
             if (lengths[k] != any && lengths[k] != static_cast<int64_t>(array.shape(k)))
@@ -63,7 +63,7 @@ auto data_of(const std::optional<T>& array) {
     return array ? array->data() : nullptr;
 }
 
-// An array that a call fills, and Python keeps.
+// An array that a call fills and returns to Python.
 template <class T, size_t N>
 struct Made {
     std::array<size_t, N> shape;
@@ -93,25 +93,25 @@ Made<T, 1> made_of(const std::vector<T>& values) {
 }
 
 template <class T, size_t N>
-Made<T, N> copied(const T* values, Made<T, N> made) {
+Made<T, N> copy_into(const T* values, Made<T, N> made) {
     std::copy_n(values, made.size(), made.data());
     return made;
 }
 
-// A constructor out of a function that makes one.
+// A constructor from a function.
 template <class T, class... Arguments>
-auto made_by(T (*make)(Arguments...)) {
+auto construct_by(T (*make)(Arguments...)) {
     return [make](T* self, Arguments... given) { new (self) T(make(given...)); };
 }
 
-// While there is one, other threads of Python run, and long work hears Ctrl-C.
+// Scope without Python's global lock, in which long work polls for Ctrl-C.
 class AtWork {
    public:
     AtWork() : thread_(PyEval_SaveThread()) {}
     ~AtWork() {
         try {
             PyEval_RestoreThread(thread_);
-        } catch (...) {  // Python is at its end, and unwinds threads that come back to it
+        } catch (...) {  // Python finalizes, and unwinds threads that take the lock
             for (;;) pause();
         }
     }

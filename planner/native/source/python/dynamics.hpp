@@ -1,4 +1,4 @@
-// The dynamics, as Python asks them: hops, parent values of rows, and how rows move towards them.
+// Bindings of the dynamics: hops, parent values of rows, and steps towards them.
 #pragma once
 
 #include "../dynamics.hpp"
@@ -59,16 +59,16 @@ inline double advance(const Flow& flow, const Rows& rows, const double* m, const
     return rows.count ? *std::max_element(off.begin(), off.end()) : 0.0;
 }
 
-// y - m (R,) of all rows, 0 but at those that are looked at, and how they stand.
-inline Standing stand(const Arcs& arcs, const Rows& rows, const double* y, double* xhat) {
+// Write xhat = y - m (R,), 0 except at the selected rows; returns the residuals.
+inline Residuals measure_residuals(const Arcs& arcs, const Rows& rows, const double* y, double* xhat) {
     if (rows.index) std::fill_n(xhat, arcs.rows(), 0.0);
-    std::vector<Standing> found((arcs.rows() + flow_block - 1) / flow_block);
+    std::vector<Residuals> found((arcs.rows() + flow_block - 1) / flow_block);
     share_out_rows(arcs.rows(), [&](int64_t begin, int64_t end, int block) { found[block] = range_of(y, begin, end); });
     share_out_rows(rows.count, [&](int64_t begin, int64_t end, int block) {
-        found[block].add(stand_rows(arcs, rows, begin, end, y, xhat));
+        found[block].add(measure_rows(arcs, rows, begin, end, y, xhat));
     });
-    Standing all;
-    for (const Standing& part : found) all.add(part);
+    Residuals all;
+    for (const Residuals& part : found) all.add(part);
     return all;
 }
 
@@ -84,7 +84,7 @@ inline auto standing(const Arcs& arcs, const Index& index, const Floats<any>& y)
     const Rows rows = rows_of(index, arcs.rows());
     arcs.require_states(rows, y.count());
     Made<double, 1> xhat(arcs.rows());
-    const Standing all = stand(arcs, rows, y, xhat);
+    const Residuals all = measure_residuals(arcs, rows, y, xhat);
     return std::tuple{std::move(xhat), all.residual, all.lowest, all.highest, all.lowest_moving};
 }
 
@@ -96,9 +96,9 @@ inline auto step(const Arcs& arcs, const Flow& flow, const Index& index, const F
     std::vector<double> mid(y + 0, y + y.size()), m(rows.count);
     sketch(flow, rows, y, xhat, half, mid.data());
     find_parents(arcs, rows, mid.data(), m.data());
-    Made<double, 1> next = copied(y.data(), Made<double, 1>(y.size())), next_xhat(arcs.rows());
+    Made<double, 1> next = copy_into(y.data(), Made<double, 1>(y.size())), next_xhat(arcs.rows());
     const double off = advance(flow, rows, m.data(), y, xhat, dtau, size, next);
-    const Standing all = stand(arcs, rows, next, next_xhat);
+    const Residuals all = measure_residuals(arcs, rows, next, next_xhat);
     return std::tuple{std::move(next), std::move(next_xhat), all.residual, all.lowest,
                       all.highest,     all.lowest_moving,    off};
 }
@@ -114,23 +114,23 @@ inline Made<double, 1> moved(const Flow& flow, int order, const Floats<any>& s, 
     return after;
 }
 
-// States that are written into.
+// States to write.
 using Into = nb::ndarray<double, nb::shape<any>, nb::c_contig, nb::device::cpu>;
 
-inline void require_room(int64_t rows, const Floats<any>& y, const Into& following) {
+inline void require_memory(int64_t rows, const Floats<any>& y, const Into& following) {
     require(y.count() >= rows && static_cast<int64_t>(following.size()) >= rows, "there are more rows than states");
 }
 
 inline void sketch_into(const Flow& flow, const Index& index, const Floats<any>& y, const Floats<any>& xhat,
                         double dtau, const Into& following) {
-    require_room(xhat.count(), y, following);
+    require_memory(xhat.count(), y, following);
     sketch(flow, rows_of(index, xhat.count()), y, xhat, dtau, following.data());
 }
 
 inline double advance_into(const Flow& flow, const Index& index, const Floats<any>& m, const Floats<any>& y,
                            const Floats<any>& xhat, double dtau, double size, const Into& following) {
     const Rows rows = rows_of(index, xhat.count());
-    require_room(xhat.count(), y, following);
+    require_memory(xhat.count(), y, following);
     return advance(flow, rows, m.of({rows.count}), y, xhat, dtau, size, following.data());
 }
 
@@ -138,12 +138,12 @@ inline void bind_dynamics(nb::module_& m) {
     m.attr("STRANG") = static_cast<int>(strang), m.attr("BRAKE_THEN_SINK") = static_cast<int>(brake_then_sink);
     m.attr("SINK_THEN_BRAKE") = static_cast<int>(sink_then_brake);
     m.def("hops_to_source", &hops, "indptr"_a, "heads"_a, "sources"_a, at_work,
-          "(n,) fewest arcs from each node to a source, -1 where there is no path.\n\n"
+          "Fewest arcs (n,) from each node to a source, -1 without a path.\n\n"
           "Node i reads the nodes heads[indptr[i]:indptr[i + 1]].");
     nb::class_<Flow>(
         m, "NativeFlow",
-        "s' = -(beta1 |s|^(1 - below) + beta2 |s|^(1 + above)) sgn(s), or s' = -s where below is 0.\n\n"
-        "The powers above 1 brake and those below 1 sink; Strang's order: half a sink, a brake, half a sink.")
+        "The flow s' = -(beta1 |s|^(1 - below) + beta2 |s|^(1 + above)) sgn(s), or s' = -s for below = 0.\n\n"
+        "The powers above 1 brake and those below 1 sink; Strang's order is half a sink, a brake, half a sink.")
         .def(
             "__init__",
             [](Flow* self, double beta1, double beta2, double below, double above) {
@@ -151,25 +151,25 @@ inline void bind_dynamics(nb::module_& m) {
             },
             "beta1"_a, "beta2"_a, "below"_a, "above"_a)
         .def("moved", &moved, "order"_a, "s"_a, "dtau"_a, at_work,
-             "s after dtau, to 1e-13 relative; 0 stays 0, and no |s| grows.")
+             "Return s after dtau, to 1e-13 relative; 0 stays 0, and no |s| grows.")
         .def("sketch", &sketch_into, "rows"_a.none(), "y"_a, "xhat"_a, "dtau"_a, "following"_a.noconvert(), at_work,
-             "Write into following the rows' y after dtau, the brake before the sink; xhat (R,) is y - m.")
+             "Write the rows' y after dtau into following, the brake before the sink; xhat (R,) is y - m.")
         .def("advance", &advance_into, "rows"_a.none(), "m"_a, "y"_a, "xhat"_a, "dtau"_a, "size"_a,
              "following"_a.noconvert(), at_work,
-             "Write into following the rows' y after dtau by Strang's rule, with parents at m (rows,).\n\n"
-             "How far off that may be, as a share of size + |xhat|: planner.gabf.splitting.Parents.step.");
+             "Write the rows' y after dtau into following, by Strang's rule, with parents m (rows,).\n\n"
+             "Return an error estimate relative to size + |xhat|, see planner.gabf.splitting.Parents.step.");
     nb::class_<Arcs>(m, "NativeArcs",
                      "The arcs of R rows: row i reads heads[starts[i]:starts[i + 1]] as slope y + offset.\n\n"
-                     "Slopes are 1 where there are none. rows are those that are looked at, None for all.")
-        .def("__init__", made_by(&arcs_of), "starts"_a, "heads"_a, "slope"_a.none(), "offset"_a)
+                     "Slopes are 1 by default. rows selects rows, None for all.")
+        .def("__init__", construct_by(&arcs_of), "starts"_a, "heads"_a, "slope"_a.none(), "offset"_a)
         .def("parent_values", &parent_values, "rows"_a.none(), "y"_a, at_work,
-             "(rows,) the least of each row's arcs at states y.")
+             "Return the minimum (rows,) over each row's arcs at states y.")
         .def("standing", &standing, "rows"_a.none(), "y"_a, at_work,
-             "y - m (R,), 0 but at rows, and the largest of its sizes; the least and the largest y of all R rows.\n\n"
-             "Last the least of y and m of the rows where they differ; inf where none does.")
+             "Return y - m (R,), 0 except at rows, its largest absolute value, and the range of y.\n\n"
+             "The last value is the smallest y or m of rows where they differ, or inf.")
         .def("step", &step, "flow"_a, "rows"_a.none(), "y"_a, "xhat"_a, "half"_a, "dtau"_a, "size"_a, at_work,
-             "What follows y after dtau, what standing says of it, and how far off it may be.\n\n"
-             "Parent values are those at NativeFlow.sketch after half; the last as NativeFlow.advance.");
+             "Return y after dtau, the results of standing there, and an error estimate.\n\n"
+             "Parent values are those after NativeFlow.sketch by half; the last value is as in NativeFlow.advance.");
 }
 
 }  // namespace planner

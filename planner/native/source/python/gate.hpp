@@ -1,4 +1,4 @@
-// What a robot is about to do, as Python asks it: one judgement on all that a controller makes of a chunk.
+// Bindings of the gate: the check of a chunk of joint targets.
 #pragma once
 
 #include "../gate.hpp"
@@ -26,14 +26,14 @@ inline std::vector<double> ladder_of(const Floats<any>& times) {
     return {times + 0, times + times.size()};
 }
 
-inline GateRules rules_of(const World& world, double room, const KindsOfLimits& limits, const JointLimits& state,
+inline GateRules rules_of(const World& world, double resolution, const KindsOfLimits& limits, const JointLimits& state,
                           const Floats<any>& times, double apart, double most_given) {
     const int dof = world.chain.dof();
     const auto& [most, lower, upper] = limits;
     const auto& [least, largest, is_wheel] = state;
     most.of({3, dof}), is_wheel.of({dof});
     for (const auto* row : {&lower, &upper, &least, &largest}) row->of({dof});
-    require_room(room);
+    require_memory(resolution);
     require(apart >= 0.0 && most_given > 0.0 && most_given <= farthest, "a distance is none");
     return {dof,
             {most + 0, most + 3 * dof},
@@ -48,9 +48,8 @@ inline GateRules rules_of(const World& world, double room, const KindsOfLimits& 
             most_given};
 }
 
-// The judgement on points, with what is made of them, one after the other: what stopped the proof (1 + dof,), times
-// (k + 1,), seconds (k,), pieces (k, 2 rows, dof), knots (k + 1, 3, dof) and the approach (2, dof), of fewer where there
-// are fewer.
+// The judgement on k points and an array of: the end of the proof (1 + dof,), times (k + 1,), seconds (k,), pieces (k,
+// 2 rows, dof), knots (k + 1, 3, dof) and the approach (2, dof); unused rows at the end of each are not set.
 inline auto check(Gate& gate, int points, int rows, int state, const Floats<any>& given, bool stop) {
     require(points >= 1 && rows >= 1 && rows <= 3 && state >= 0 && state <= 3, "there are no such columns");
     const size_t dof = gate.rules().dof, count = points;
@@ -81,16 +80,17 @@ inline auto chunk_curves(const Coefficients& coefficients, const Floats<any>& ti
     };
     if (approach) add(*approach, 2, 0.0, 0.0, 0, 0);
     for (int k = 0; k < count; ++k) {
-        heed_at(k);
+        poll_signal_at(k);
         add(coefficients + static_cast<size_t>(k) * powers * dof, powers, times[k], times[k + 1] - times[k], k, 1);
         double begin = times[k + 1];
         for (int i = 2 * k; stops && i < 2 * k + 2; begin += stops->second[i++])
-            if (stops->second[i] > 0.0)  // not what takes no time
+            if (stops->second[i] > 0.0)  // skip empty pieces
                 add(stops->first + static_cast<size_t>(i) * 5 * dof, 5, begin, stops->second[i], k, 2);
     }
     const size_t found = what.size() / 2;
-    return std::tuple{copied(curves.data(), Made<double, 3>(found, degree_of_all, dof)),
-                      copied(spans.data(), Made<double, 2>(found, 3)), copied(what.data(), Made<int64_t, 2>(found, 2))};
+    return std::tuple{copy_into(curves.data(), Made<double, 3>(found, degree_of_all, dof)),
+                      copy_into(spans.data(), Made<double, 2>(found, 3)),
+                      copy_into(what.data(), Made<int64_t, 2>(found, 2))};
 }
 
 inline auto stops_quickest(const Floats<any, 3, any>& states, const Floats<any>& times, const Floats<3, any>& limits,
@@ -104,9 +104,9 @@ inline auto stops_quickest(const Floats<any, 3, any>& states, const Floats<any>&
     Made<double, 4> pieces(n, 2, 5, dof);
     Made<double, 2> seconds(n, 2);
     Made<int64_t, 2> broken(n, 2);
-    std::vector<double> end(3 * static_cast<size_t>(dof));  // where the acceleration is 0
+    std::vector<double> end(3 * static_cast<size_t>(dof));  // state with acceleration 0
     for (int i = 0; i < n; ++i) {
-        heed_at(i);
+        poll_signal_at(i);
         int worst[2] = {0, 0};
         stop_from(states + 3 * static_cast<size_t>(i) * dof, dof, ladder, all.data(),
                   pieces + 10 * static_cast<size_t>(i) * dof, seconds + 2 * i, worst, end.data());
@@ -133,43 +133,40 @@ inline void bind_gate(nb::module_& m) {
         .def_ro("may_hold", &Judgement::may_hold);
     nb::class_<Gate>(
         m, "NativeGate",
-        "A world as it is, and what is asked of chunks there; several threads may ask at once.\n\n"
-        "limits: most (3, dof), infinite where there is none, and lower and upper (dof,); state: the lowest\n"
-        "and highest positions where the robot may be, and which joints have none, (dof,) each; times (k,):\n"
-        "s that stops may take, ascending; apart: how far a point at 0 s may be from the robot. Numbers\n"
-        "beyond most are not used. is_timed: some obstacles have speed limits. Curves that come nearer than\n"
-        "room (m) to something are not proven.")
+        "A world with rules for chunks; threads can check at once.\n\n"
+        "limits: most (3, dof), infinite for none, lower and upper (dof,); state: lowest and highest positions of\n"
+        "the robot, and continuous joints, (dof,) each; times (k,): s, durations of stops, ascending; apart:\n"
+        "largest distance of a point at 0 s to the state. Numbers beyond most are refused. is_timed: some obstacles\n"
+        "have speed limits. Curves are proven to a resolution (m).")
         .def(
             "__init__",
             [](Gate* self, const World& world, const Bounds& bounds, const PointsInBoxes& boxes, bool is_timed,
-               double room, const KindsOfLimits& limits, const JointLimits& state, const Floats<any>& times,
+               double resolution, const KindsOfLimits& limits, const JointLimits& state, const Floats<any>& times,
                double apart, double most) {
-                new (self) Gate(world, bounds, boxes, is_timed, room,
-                                rules_of(world, room, limits, state, times, apart, most));
+                new (self) Gate(world, bounds, boxes, is_timed, resolution,
+                                rules_of(world, resolution, limits, state, times, apart, most));
             },
-            "world"_a, "bounds"_a, "boxes"_a, "is_timed"_a, "room"_a, "limits"_a, "state"_a, "times"_a, "apart"_a,
+            "world"_a, "bounds"_a, "boxes"_a, "is_timed"_a, "resolution"_a, "limits"_a, "state"_a, "times"_a, "apart"_a,
             "most"_a, nb::keep_alive<1, 2>(), nb::keep_alive<1, 3>(), nb::keep_alive<1, 4>())
         .def_prop_ro("dof", [](const Gate& self) { return self.rules().dof; })
         .def("check", &check, "points"_a, "rows"_a, "state"_a, "given"_a, "stop"_a, at_work,
-             "Judge a number of points of so many rows: positions, velocities, accelerations.\n\n"
-             "given: their times, so many rows of the robot's state, positions, and so on, one after the other. With\n"
-             "the judgement what planner.native.Chunk takes apart.");
-    m.def(
-        "stops_quickest", &stops_quickest, "states"_a, "times"_a, "limits"_a, "positions"_a, at_work,
-        "Stops (n, 2, 5, dof), pieces c0 + c1 u + ... from states (n, 3, dof), positions, velocities, "
-        "accelerations.\n\n"
-        "v (1 - 3 u^2 + 2 u^3) + a T (u - 2 u^2 + u^3) is the velocity of the second: it ends at rest, without\n"
-        "acceleration. T is the first of ascending times (k,) in which no joint exceeds limits (3, dof) on velocity,\n"
-        "acceleration and jerk, infinite where there is none, nor positions, lowest and highest (dof,). Where there\n"
-        "is no such T the first piece lets a fall to 0 evenly, by the largest jerk; else it takes 0 s. With the\n"
-        "seconds (n, 2) of both, 0 where there is no stop: then (n, 2) says which kind of limit is in the way, 3 for\n"
-        "positions, and of which joint.");
+             "Check points with rows of positions, velocities, accelerations.\n\n"
+             "given has their times, rows of the state, positions, and so on. Return the judgement and the array\n"
+             "that planner.session.verdict.Chunk.from_native splits.");
+    m.def("stops_quickest", &stops_quickest, "states"_a, "times"_a, "limits"_a, "positions"_a, at_work,
+          "Return stops (n, 2, 5, dof), pieces c0 + c1 u + ... from states (n, 3, dof), positions, velocities,\n"
+          "accelerations.\n\n"
+          "The velocity of the second piece is v (1 - 3 u^2 + 2 u^3) + a T (u - 2 u^2 + u^3): it ends at rest without\n"
+          "acceleration. T is the first of ascending times (k,) with all joints within limits (3, dof) on velocity,\n"
+          "acceleration and jerk, infinite for none, and positions, lowest and highest (dof,). If there is no such T,\n"
+          "the first piece decreases a to 0 with the largest jerk; else it takes 0 s. Also return the seconds (n, 2)\n"
+          "of both, 0 without a stop, and (n, 2) the violated kind of limit, 3 for positions, and its joint.");
     m.def("chunk_curves", &chunk_curves, "coefficients"_a, "times"_a, "stops"_a.none(), "approach"_a.none(), at_work,
-          "Pieces (n, degree + 1, dof) between times (n + 1,) s, each with its stop behind it, as curves of one "
-          "degree.\n\n"
-          "stops, pieces and seconds, as stops_quickest has them, if any. approach (2, dof) leads to the first point,\n"
-          "if it is given. The curves (m, most + 1, dof); their spans (m, 3): when each begins, how long it takes, 0;\n"
-          "and rows (m, 2): of which piece each is, and 0 for the approach, 1 for a piece, 2 for a stop.");
+          "Return pieces (n, degree + 1, dof) between times (n + 1,) s, each with its stop behind it, as curves of\n"
+          "one degree.\n\n"
+          "stops are pieces and seconds as of stops_quickest. approach (2, dof) leads to the first point. Return\n"
+          "curves (m, most + 1, dof), their spans (m, 3): start, duration, 0; and rows (m, 2): the piece of each,\n"
+          "and 0 for the approach, 1 for a piece, 2 for a stop.");
 }
 
 }  // namespace planner

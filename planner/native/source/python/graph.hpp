@@ -1,4 +1,4 @@
-// Graphs, as Python asks them: cheapest paths, what they cost, and detours.
+// Bindings of graphs: cheapest paths, their costs, and detours.
 #pragma once
 
 #include "../graph.hpp"
@@ -50,14 +50,14 @@ inline Made<double, 1> cheapest_costs(int nodes, const Ints<any, 2>& arcs, const
 
 inline void bind_graph(nb::module_& m) {
     m.def("detours", &detours, "nodes"_a, "edges"_a, "lengths"_a, "pairs"_a, "limits"_a, at_work,
-          "Lengths (k,) of the shortest paths between pairs (k, 2) in a graph of undirected edges (m, 2).\n\n"
-          "inf where a path is longer than its limit (k,), or there is none.");
+          "Return lengths (k,) of shortest paths between pairs (k, 2) in a graph of undirected edges (m, 2).\n\n"
+          "The length is inf if it exceeds its limit (k,), or without a path.");
     m.def("cheapest_path", &cheapest_path, "nodes"_a, "arcs"_a, "cost"_a, "starts"_a, "goals"_a, at_work,
-          "The cheapest path over arcs (m, 2), directed, from a start to a goal; no node where none is.\n\n"
-          "Its nodes (k,), and the rows (k - 1,) of arcs that lead from one to the next.");
+          "Return the cheapest path over directed arcs (m, 2) from a start to a goal.\n\n"
+          "Return its nodes (k,), and the rows (k - 1,) of its arcs; both are empty without a path.");
     m.def("cheapest_costs", &cheapest_costs, "nodes"_a, "arcs"_a, "cost"_a, "goals"_a, "values"_a, at_work,
-          "The cost (n,) of the cheapest path from every node to a goal over arcs (m, 2); inf without one.\n\n"
-          "It ends with the goal's own of values (g,), which goals keep. cost (m,) is positive.");
+          "Return the cost (n,) of the cheapest path from every node to a goal over arcs (m, 2); inf without one.\n\n"
+          "It includes the value (g,) of the goal. cost (m,) is positive.");
 }
 
 }  // namespace planner

@@ -1,5 +1,5 @@
-// The compiled module: functions and classes over NumPy's arrays. A call looks at the numbers and indices that it is
-// given; nanobind looks at types and shapes.
+// The compiled module: functions and classes over NumPy's arrays. Calls check numbers and indices; nanobind checks types
+// and shapes.
 
 #include "dynamics.hpp"
 #include "gate.hpp"
@@ -13,18 +13,18 @@ namespace {
 
 using namespace planner;
 
-// What Python says to a call on its main thread: handlers of signals run, and those are asked who may ask for a stop.
-Told asked() {
+// Answer a call on the main thread: run signal handlers, then call Python functions that may request a stop.
+Signal asked() {
     const nb::gil_scoped_acquire held;
-    if (PyErr_CheckSignals()) return Told::leave;  // what a handler raised waits in this thread
+    if (PyErr_CheckSignals()) return Signal::leave;  // the exception of a handler is set in this thread
     try {
         for (const nb::handle request : nb::module_::import_("planner.base.interrupts").attr("stop_requests"))
-            if (nb::cast<bool>(request())) return Told::finish;
+            if (nb::cast<bool>(request())) return Signal::finish;
     } catch (nb::python_error& error) {
         error.restore();
-        return Told::leave;
+        return Signal::leave;
     }
-    return Told::go_on;
+    return Signal::go_on;
 }
 
 void translate(const std::exception_ptr& thrown, void*) {
@@ -33,7 +33,7 @@ void translate(const std::exception_ptr& thrown, void*) {
     } catch (const Refused& refused) {
         const nb::object error = nb::module_::import_("planner.base.errors").attr("ArrayError");
         PyErr_SetString(error.ptr(), ("the compiled code cannot use what it was given: " + refused.why + ".").c_str());
-    } catch (const Interrupted&) {  // what was raised is there already
+    } catch (const Interrupted&) {  // the exception is set already
     }
 }
 

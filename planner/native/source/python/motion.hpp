@@ -1,4 +1,4 @@
-// Curves and motions along them, as Python asks them.
+// Bindings of curves and motions along them.
 #pragma once
 
 #include "../polynomials.hpp"
@@ -7,7 +7,7 @@
 
 namespace planner {
 
-constexpr double most_number = 1e300;  // of what is no position: anything but infinity and NaN
+constexpr double most_number = 1e300;  // of numbers that are not positions: all finite ones
 
 inline void require_limits(int dof, const Limits& limits) {
     for (const auto* each : {&limits.first, &limits.second})
@@ -46,7 +46,7 @@ inline auto polynomial_extrema(const Coefficients& c) {
     double own[highest_degree + 1];
     for (int64_t k = 0; k < n; ++k)
         for (int j = 0; j < dof; ++j) {
-            heed_at(k);
+            poll_signal_at(k);
             for (int i = 0; i <= degree; ++i) own[i] = c[(k * (degree + 1) + i) * dof + j];
             extrema_of(own, degree, least[k * dof + j], largest[k * dof + j]);
         }
@@ -72,7 +72,7 @@ inline Made<double, 2> curve_phases(const OfCurve& pieces, const Bools& stop, co
     require_limits(curve.dof, {velocity, acceleration});
     require(between(intervals.of({curve.count}), curve.count, 1, 1 << 20), "a parabola has at least one interval");
     const QuickestMotion motion(curve, intervals, velocity, acceleration);
-    return copied(reinterpret_cast<const double*>(motion.phases.data()), Made<double, 2>(motion.phases.size(), 5));
+    return copy_into(reinterpret_cast<const double*>(motion.phases.data()), Made<double, 2>(motion.phases.size(), 5));
 }
 
 inline auto curve_knots(const OfCurve& pieces, const Bools& stop, const OfPhases& phases, double stretch,
@@ -85,8 +85,8 @@ inline auto curve_knots(const OfCurve& pieces, const Bools& stop, const OfPhases
         lasts += stretch * rows[k].duration + static_cast<double>(window) * nanosecond;
     require(lasts < 9e9, "the motion takes longer than nanoseconds count");
     const Knots knots = KnotsOfPhases(curve, rows, phases.count(), stretch, window, apart).knots;
-    return std::tuple{made_of(knots.clock), copied(knots.q.data(), Made<double, 2>(knots.size(), curve.dof)),
-                      copied(knots.v.data(), Made<double, 2>(knots.size(), curve.dof)), made_of(knots.piece)};
+    return std::tuple{made_of(knots.clock), copy_into(knots.q.data(), Made<double, 2>(knots.size(), curve.dof)),
+                      copy_into(knots.v.data(), Made<double, 2>(knots.size(), curve.dof)), made_of(knots.piece)};
 }
 
 // Points (k, dof) of a motion at times that increase.
@@ -117,7 +117,7 @@ inline Made<double, 1> motion_shares(const Ints<any>& clock, const OfPoints& q, 
     require(std::all_of(limits + 0, limits + 3 * dof, [](double one) { return one > 0.0; }), "a limit is not above 0");
     std::vector<double> pieces(6 * static_cast<size_t>(k - 1) * dof), seconds(k - 1);
     for (int i = 0; i + 1 < k; ++i) {
-        heed_at(i);
+        poll_signal_at(i);
         seconds[i] = static_cast<double>(clock[i + 1] - clock[i]) / 1e9;
         const size_t row = static_cast<size_t>(i) * dof;
         hermite_quintic(q + row, qd + row, qdd + row, seconds[i], dof, &pieces[6 * row]);
@@ -143,7 +143,7 @@ inline Made<double, 3> ramp_quickest(const Limits& start, const Limits& end, con
     require(not_negative(durations, durations.size(), farthest), "a duration is no time");
     const std::vector<double> found =
         quickest_ramp(state_of(start, dof), state_of(end, dof), durations, durations.count(), velocity, acceleration);
-    return copied(found.data(), Made<double, 3>(found.size() / (3 * dof), 3, dof));
+    return copy_into(found.data(), Made<double, 3>(found.size() / (3 * dof), 3, dof));
 }
 
 inline auto curve_chords(const OfCurve& pieces, int each, double chord) {
@@ -153,7 +153,7 @@ inline auto curve_chords(const OfCurve& pieces, int each, double chord) {
     const size_t last = static_cast<size_t>(curve.count) * each;
     std::vector<double> all((last + 1) * dof), so_far(last + 1, 0.0);
     for (size_t k = 0; k <= last; ++k) {
-        heed_at(static_cast<int64_t>(k));
+        poll_signal_at(static_cast<int64_t>(k));
         const int piece = static_cast<int>(std::min(k / each, static_cast<size_t>(curve.count - 1)));
         const double s = static_cast<double>(k - static_cast<size_t>(piece) * each) / each;
         double square = 0.0;
@@ -180,13 +180,13 @@ inline auto curve_chords(const OfCurve& pieces, int each, double chord) {
         next = (std::floor(so_far[k] / total * parts) + 1.0) / parts * total;
     }
     keep(last);
-    return std::tuple{copied(points.data(), Made<double, 2>(points.size() / dof, dof)), made_of(walked)};
+    return std::tuple{copy_into(points.data(), Made<double, 2>(points.size() / dof, dof)), made_of(walked)};
 }
 
 using OnCurve = std::pair<int64_t, double>;  // a piece of a curve, and s on it
 
 inline std::optional<std::tuple<int, OnCurve, OnCurve, Made<double, 3>>> curve_next_ramp(
-    const World& world, const Bounds& bounds, double room, const OfCurve& pieces, const OfPhases& phases,
+    const World& world, const Bounds& bounds, double resolution, const OfCurve& pieces, const OfPhases& phases,
     const Floats<any, 2>& moments, const Floats<any>& shares, const Limits& limits, const Limits& positions) {
     const int dof = world.chain.dof(), count = shares.count();
     const Curve curve = curve_of(pieces.of({any, 3, dof}));
@@ -194,14 +194,14 @@ inline std::optional<std::tuple<int, OnCurve, OnCurve, Made<double, 3>>> curve_n
     positions.first.of({dof}), positions.second.of({dof});
     require(not_negative(moments, moments.size(), most_number) && not_negative(shares, count, farthest),
             "a moment or a share of time is below 0, or no finite number");
-    require_room(room);
+    require_memory(resolution);
     Prover prover(world, bounds);
     const MotionOnCurve motion(curve, phases_of(phases, curve.count), phases.count());
     std::vector<double> durations(count);
     std::vector<Proof> proofs;
     State states[2];
     OnCurve at[2];
-    for (int k = 0; k < moments.count() && heed() != Told::finish; ++k) {
+    for (int k = 0; k < moments.count() && poll_signal() != Signal::finish; ++k) {
         for (int end = 0; end < 2; ++end) motion.at(moments[2 * k + end], at[end].first, at[end].second, states[end]);
         for (int i = 0; i < count; ++i) durations[i] = shares[i] * (moments[2 * k + 1] - moments[2 * k]);
         const std::vector<double> ramp =
@@ -209,49 +209,50 @@ inline std::optional<std::tuple<int, OnCurve, OnCurve, Made<double, 3>>> curve_n
         if (ramp.empty() || !stay_between(ramp, dof, positions.first, positions.second)) continue;
         const int rows = static_cast<int>(ramp.size()) / (3 * dof);
         proofs.resize(rows);
-        if (!all_proven(prover, {ramp.data(), rows, 2, dof}, 0, rows, room, proofs.data())) continue;
-        return std::tuple{k, at[0], at[1], copied(ramp.data(), Made<double, 3>(rows, 3, dof))};
+        if (!prove_all(prover, {ramp.data(), rows, 2, dof}, 0, rows, resolution, proofs.data())) continue;
+        return std::tuple{k, at[0], at[1], copy_into(ramp.data(), Made<double, 3>(rows, 3, dof))};
     }
     return std::nullopt;
 }
 
 inline void bind_motion(nb::module_& m) {
-    m.def(
-        "polynomial_extrema", &polynomial_extrema, "coefficients"_a, at_work,
-        "The least and largest values (n, dof) on [0, 1] of polynomials (n, degree + 1, dof), exact but for rounding.");
+    m.def("polynomial_extrema", &polynomial_extrema, "coefficients"_a, at_work,
+          "Return the smallest and largest values (n, dof) on [0, 1] of polynomials (n, degree + 1, dof), exact up to\n"
+          "rounding.");
     m.def("polynomial_worst", &polynomial_worst, "coefficients"_a, "seconds"_a, "order"_a, "most"_a, "beyond"_a,
           at_work,
-          "The largest share that a derivative by time has of limits most (dof,), and which piece and joint has it.\n\n"
-          "Pieces (n, degree + 1, dof) take seconds (n,). Shares up to beyond may come out smaller than they are.");
+          "Return the largest ratio of a derivative by time to limits most (dof,), with its piece and joint.\n\n"
+          "Pieces (n, degree + 1, dof) take seconds (n,). Ratios up to beyond can be smaller than exact.");
     m.def("curve_phases", &curve_phases, "pieces"_a, "stop"_a, "intervals"_a, "velocity"_a, "acceleration"_a, at_work,
-          "The phases (p, 5) of the quickest motion from rest to rest along pieces (m, 3, dof), c0 + c1 s + c2 s^2.\n\n"
-          "A phase is a piece, s and ds/dt at its beginning, d2s/dt2 on it, and the seconds that it takes. The motion\n"
-          "stops behind pieces with stop (m,); on a parabola d2s/dt2 is constant on each of its intervals (m,).");
+          "Return the phases (p, 5) of the quickest motion from rest to rest along pieces (m, 3, dof), c0 + c1 s +\n"
+          "c2 s^2.\n\n"
+          "A phase is a piece, s and ds/dt at its start, d2s/dt2, and its duration. The motion stops behind pieces\n"
+          "with stop (m,); on a parabola d2s/dt2 is constant on each of its intervals (m,).");
     m.def("curve_knots", &curve_knots, "pieces"_a, "stop"_a, "phases"_a, "stretch"_a, "window"_a, "apart"_a, at_work,
-          "The knots of a motion through phases (p, 5), stretch times as slow, no two nearer than apart ns.\n\n"
-          "With a wait of window ns at every stop on the way; between two stops a motion takes four times apart or\n"
-          "longer. Nanoseconds (k,), positions and velocities (k, dof), and the piece (k,) behind each.");
+          "Return the knots of a motion through phases (p, 5), stretch times slower, at least apart ns apart.\n\n"
+          "The motion waits window ns at every stop; the time between two stops is at least four times apart.\n"
+          "Return nanoseconds (k,), positions and velocities (k, dof), and the piece (k,) behind each.");
     m.def("motion_mean", &motion_mean, "clock"_a, "q"_a, "qd"_a, "window"_a, "apart"_a, at_work,
-          "The mean over the last window ns of the cubics through points (k, dof) at clock (k,) ns.\n\n"
-          "It rests before and behind them. At the points and window later, but none nearer than apart to another:\n"
-          "nanoseconds (n,), positions, velocities and accelerations (n, dof).");
+          "Return the mean over the last window ns of the cubics through points (k, dof) at clock (k,) ns.\n\n"
+          "The motion rests before and behind. Times are those of the points and window later, at least apart ns\n"
+          "apart. Return nanoseconds (n,), positions, velocities and accelerations (n, dof).");
     m.def("motion_shares", &motion_shares, "clock"_a, "q"_a, "qd"_a, "qdd"_a, "limits"_a, at_work,
-          "The largest shares (3,) of limits (3, dof) on velocity, acceleration and jerk that a motion has.\n\n"
-          "Of quintics through positions, velocities and accelerations (k, dof) at clock (k,) ns. Those up to 1 may\n"
-          "come out smaller.");
+          "Return the largest ratios (3,) of a motion to limits (3, dof) on velocity, acceleration and jerk.\n\n"
+          "The motion has quintics through positions, velocities and accelerations (k, dof) at clock (k,) ns.\n"
+          "Ratios up to 1 can be smaller than exact.");
     m.def("ramp_quickest", &ramp_quickest, "start"_a, "end"_a, "durations"_a, "velocity"_a, "acceleration"_a, at_work,
-          "The parabolic ramp (m, 3, dof) between two states, position and velocity (dof,) each; m is 0 where none "
-          "is.\n\n"
-          "In the first of durations (n,), ascending, in which every joint can within its limits (dof,).");
+          "Return the parabolic ramp (m, 3, dof) between two states, position and velocity (dof,) each; m is 0\n"
+          "without one.\n\n"
+          "It takes the first of ascending durations (n,) within limits (dof,) of all joints.");
     m.def("curve_chords", &curve_chords, "curve"_a, "each"_a, "chord"_a, at_work,
-          "Points (k, dof) of a curve (m, 3, dof), about chord apart or farther, from its beginning to its end.\n\n"
-          "With what is walked (k - 1,) from one to the next, along each chords a piece.");
-    m.def("curve_next_ramp", &curve_next_ramp, "world"_a, "bounds"_a, "room"_a, "curve"_a, "phases"_a, "moments"_a,
-          "shares"_a, "limits"_a, "positions"_a, at_work,
-          "The first of pairs of moments (n, 2) s of a motion through phases (p, 5) that a proven ramp joins.\n\n"
-          "In the first of shares (k,), ascending, of the time between them, within limits on velocities and\n"
-          "accelerations (dof,), and on positions, lowest and highest (dof,). Its number, the piece of the curve\n"
-          "(m, 3, dof) and s there of both ends, and the ramp; None where there is none, or a stop is asked for.");
+          "Return points (k, dof) of a curve (m, 3, dof), about chord apart or farther, from its start to its end.\n\n"
+          "Also return the lengths (k - 1,) between them, measured by along chords per piece.");
+    m.def("curve_next_ramp", &curve_next_ramp, "world"_a, "bounds"_a, "resolution"_a, "curve"_a, "phases"_a,
+          "moments"_a, "shares"_a, "limits"_a, "positions"_a, at_work,
+          "Find the first pair of moments (n, 2) s of a motion through phases (p, 5) that a proven ramp can join.\n\n"
+          "The ramp takes the first of ascending shares (k,) of the time between them, within limits on velocities\n"
+          "and accelerations (dof,), and on positions, lowest and highest (dof,). Return its number, piece of the\n"
+          "curve (m, 3, dof) and s of both ends, and the ramp; None without one, or after a requested stop.");
 }
 
 }  // namespace planner

@@ -1,4 +1,4 @@
-// Paths that become cheaper, as Python asks them: what is tried, priced and proven in one call.
+// Bindings of path refinement: candidates, costs and proofs in one call.
 #pragma once
 
 #include "../descent.hpp"
@@ -7,16 +7,16 @@
 
 namespace planner {
 
-// What motions are to be: cheap, and proven with some room (m) to spare.
+// Costs of motions, and the resolution (m) of their proofs.
 struct Judge {
     const World& world;
     const Bounds& bounds;
-    double room;
+    double resolution;
     const Charge& charge;
 };
 
-// A path (n, dof), and clearance and samples (n - 1,) of its motions that are new, -1 samples of others; `chosen`: for
-// each waypoint of the last sweep, or for each try, the number of what was taken, or -1.
+// A path (n, dof), and clearance and samples (n - 1,) of its new motions, -1 samples for others. `chosen` is the number of
+// the accepted candidate of each waypoint of the last sweep, or of each try, or -1.
 struct Refined {
     Made<double, 2> path;
     Made<int64_t, 1> chosen;
@@ -24,11 +24,11 @@ struct Refined {
     Made<int64_t, 1> samples;
 
     Refined(const Judge& judge, const States& from, size_t choices)
-        : path(copied(from.data(), Made<double, 2>(from.count(), from.count(1)))), chosen(choices),
+        : path(copy_into(from.data(), Made<double, 2>(from.count(), from.count(1)))), chosen(choices),
           clearance(std::max(0, from.count() - 1)), samples(std::max(0, from.count() - 1)) {
         from.of({any, judge.world.chain.dof()});
         require(judge.charge.chain.dof() == judge.world.chain.dof(), "the arm that is priced is not that of the world");
-        require_room(judge.room);
+        require_memory(judge.resolution);
         require(within(from, from.size(), farthest), "the path holds no finite number");
         std::fill_n(samples.data(), samples.size(), -1);
     }
@@ -44,14 +44,14 @@ struct Moves {
     std::vector<double> found, pieces;
 };
 
-inline auto descend(const World& world, const Bounds& bounds, double room, const Charge& charge, const States& path,
-                    int first, const std::pair<double, double>& step, double least, double gain, const Limits& limits,
-                    const Floats<any, 2>& mixes, const Floats<any, any, any, any>& draws, int most,
-                    const std::optional<Ints<any>>& begin) {
+inline auto descend(const World& world, const Bounds& bounds, double resolution, const Charge& charge,
+                    const States& path, int first, const std::pair<double, double>& step, double least, double gain,
+                    const Limits& limits, const Floats<any, 2>& mixes, const Floats<any, any, any, any>& draws,
+                    int most, const std::optional<Ints<any>>& begin) {
     const int n = path.count(), dof = world.chain.dof(), most_waypoints = std::max(0, (n - 1) / 2);
     const int sweeps = draws.count(), draw_count = draws.count(2);
     const size_t width = dof;
-    Refined refined({world, bounds, room, charge}, path, most_waypoints);
+    Refined refined({world, bounds, resolution, charge}, path, most_waypoints);
     const auto& [lower, upper] = limits;
     lower.of({dof}), upper.of({dof}), draws.of({any, most_waypoints, any, dof + 1});
     require(first == 1 || first == 2, "the first waypoint is neither row 1 nor row 2");
@@ -83,7 +83,7 @@ inline auto descend(const World& world, const Bounds& bounds, double room, const
                 straight_piece(here - width, there, dof, &at.pieces[0]);
                 straight_piece(there, here + width, dof, &at.pieces[2 * width]);
                 Proof proofs[2];
-                if (!all_proven(at.prover, {at.pieces.data(), 2, 1, dof}, 0, 2, room, proofs)) continue;
+                if (!prove_all(at.prover, {at.pieces.data(), 2, 1, dof}, 0, 2, resolution, proofs)) continue;
                 std::copy(there, there + width, here);
                 for (int i = 0; i < 2; ++i) {
                     refined.clearance[row - 1 + i] = proofs[i].clearance;
@@ -108,8 +108,8 @@ struct Straightening {
     std::vector<Proof> proofs;
     int found = -1;
 
-    // The first of the stretches that are worth it whose motions are all proven, from number `begin` on, or none.
-    void try_one(int attempt, int begin, int dof, double room) {
+    // The first candidate from `begin` on whose motions are all proven, or none.
+    void try_one(int attempt, int begin, int dof, double resolution) {
         const int worth = stretches.find(attempt);
         found = -1;
         for (int place = begin; place < worth && found < 0; ++place) {
@@ -117,17 +117,17 @@ struct Straightening {
             const int length = stretches.length(place);
             for (int i = 0; i < length; ++i)
                 straight_piece(states + i * dof, states + (i + 1) * dof, dof, &pieces[2 * i * dof]);
-            if (all_proven(prover, {pieces.data(), length, 1, dof}, 0, length, room, proofs.data())) found = place;
+            if (prove_all(prover, {pieces.data(), length, 1, dof}, 0, length, resolution, proofs.data())) found = place;
         }
     }
 };
 
-inline auto even_stretches(const World& world, const Bounds& bounds, double room, const Charge& charge,
+inline auto even_stretches(const World& world, const Bounds& bounds, double resolution, const Charge& charge,
                            const States& path, const Ints<any, any, 2>& ends, const Given<bool, any, any, any>& joints,
                            const States& shares, double gain, int most, int begin) {
     const int n = path.count(), tries = shares.count(), count = shares.count(1);
     const size_t dof = world.chain.dof(), all = shares.size();
-    Refined refined({world, bounds, room, charge}, path, tries);
+    Refined refined({world, bounds, resolution, charge}, path, tries);
     ends.of({tries, count, 2}), joints.of({tries, count, world.chain.dof()});
     require(begin >= 0, "a number is below 0");
     require(between(ends, ends.size(), 0, n), "a stretch ends at no row of the path");
@@ -151,7 +151,7 @@ inline auto even_stretches(const World& world, const Bounds& bounds, double room
             std::copy_n(refined.path.data(), n * dof, at.stretches.path.begin());
             std::copy(now.begin(), now.end(), at.stretches.now.begin());
         };
-        const auto try_it = [&] { at.try_one(attempt, attempt ? 0 : begin, static_cast<int>(dof), room); };
+        const auto try_it = [&] { at.try_one(attempt, attempt ? 0 : begin, static_cast<int>(dof), resolution); };
         const auto take = [&] {
             refined.chosen[attempt] = at.found;
             if (at.found < 0) return false;
@@ -171,10 +171,10 @@ inline auto even_stretches(const World& world, const Bounds& bounds, double room
 }
 
 inline void bind_refinement(nb::module_& m) {
-    m.def("descend", &descend, "world"_a, "bounds"_a, "room"_a, "charge"_a, "path"_a, "first"_a, "step"_a, "least"_a,
-          "gain"_a, "limits"_a, "mixes"_a, "draws"_a, "most"_a, "begin"_a.none(), at_work,
+    m.def("descend", &descend, "world"_a, "bounds"_a, "resolution"_a, "charge"_a, "path"_a, "first"_a, "step"_a,
+          "least"_a, "gain"_a, "limits"_a, "mixes"_a, "draws"_a, "most"_a, "begin"_a.none(), at_work,
           "See planner.native.refinement.descend.");
-    m.def("even_stretches", &even_stretches, "world"_a, "bounds"_a, "room"_a, "charge"_a, "path"_a, "ends"_a,
+    m.def("even_stretches", &even_stretches, "world"_a, "bounds"_a, "resolution"_a, "charge"_a, "path"_a, "ends"_a,
           "joints"_a, "shares"_a, "gain"_a, "most"_a, "begin"_a, at_work,
           "See planner.native.refinement.even_stretches.");
 }

@@ -1,10 +1,10 @@
-// A robot by itself, as Python asks it: its joint tree, what motions cost, what they keep, points in boxes.
+// Bindings of a robot: joint tree, costs of motions, constraints, points in boxes.
 #pragma once
 
 #include "../costs.hpp"
 #include "../inverse.hpp"
-#include "../keeping.hpp"
-#include "../keeping_proof.hpp"
+#include "../pose_constraints.hpp"
+#include "../constraint_proof.hpp"
 #include "../refinement.hpp"
 #include "../sharing.hpp"
 #include "arrays.hpp"
@@ -24,7 +24,7 @@ inline void require_joint(const Chain& chain, int joint) {
     require(joint >= 0 && joint <= chain.size(), "there is no such joint");
 }
 
-using RowSpan = std::pair<int, int>;  // the first row of a Jacobian, and the one behind the last
+using RowSpan = std::pair<int, int>;  // first row of a Jacobian, and the one behind the last
 
 inline Tool tool_of(const Chain& chain, int last, const double* point, const RowSpan& rows) {
     require_joint(chain, last);
@@ -32,7 +32,7 @@ inline Tool tool_of(const Chain& chain, int last, const double* point, const Row
     return {last, vec_at(point), {rows.first, rows.second}};
 }
 
-// Leaders, factors and zeros; without them every joint is planned.
+// Leaders, factors and zeros; by default every joint is planned.
 using Following = std::tuple<Ints<any>, Floats<any>, Floats<any>>;
 
 inline Chain chain_of(const Ints<any>& parent, const Bools& prismatic, const Floats<any, 3, 3, 3>& turns,
@@ -73,7 +73,7 @@ inline auto placements(const Chain& chain, const States& q) {
     Made<double, 3> position(frames_of, n, 3);
     std::vector<Frame> frames(frames_of);
     for (size_t k = 0; k < n; ++k) {
-        heed_at(static_cast<int64_t>(k));
+        poll_signal_at(static_cast<int64_t>(k));
         chain.place(q + k * chain.dof(), frames.data());
         for (size_t j = 0; j < frames_of; ++j) {
             const size_t row = j * n + k;
@@ -92,7 +92,7 @@ inline Made<double, 2> points(const Chain& chain, const States& q, int last, con
     FourScratch scratch(chain);
     Vec found[4];
     for (int first = 0; first < n; first += 4) {
-        heed_at(first);
+        poll_signal_at(first);
         const int count = std::min(4, n - first);
         for (int l = 0; l < 4; ++l) {  // the last one again where there are fewer
             const double* own = q + static_cast<size_t>(first + std::min(l, count - 1)) * dof;
@@ -182,7 +182,7 @@ inline auto solve_inverse(const Chain& chain, const States& seeds, int last, con
     };
     const Task task{chain,  last,  placed(tool), !oriented ? 3 : turns_freely ? 5 : 6,
                     weight, lower, upper,        bytes_of(wraps)};
-    Made<double, 2> ends = copied(seeds.data(), Made<double, 2>(n, dof));
+    Made<double, 2> ends = copy_into(seeds.data(), Made<double, 2>(n, dof));
     Made<double, 1> distance(n), angle(n);
     share_out(
         static_cast<int>(n), 8, [&] { return Descent(task); },
@@ -206,14 +206,14 @@ inline Made<double, 1> manipulability_costs(const Floats<any>& w, double low, do
 
 inline Made<double, 1> manipulability_cost_sums(const States& w, const Floats<any>& weights, double low, double high,
                                                 double zeta, int kind) {
-    constexpr int64_t at_a_time = 64;  // so that the costs stay in the nearest cache
+    constexpr int64_t at_a_time = 64;  // the costs fit the first-level cache
     const int64_t n = w.count(), states = w.count(1);
     weights.of({states});
     Made<double, 1> sums(n);
     std::vector<double> costs(at_a_time * states);
     const Omega omega = omega_of(low, high, zeta, kind);
     for (int64_t first = 0; first < n; first += at_a_time) {
-        heed();
+        poll_signal();
         const int64_t count = std::min(at_a_time, n - first);
         omega.fill(count * states, w + first * states, costs.data());
         for (int64_t k = 0; k < count; ++k) {
@@ -234,14 +234,14 @@ struct MeasureOfPython : Measure {
 
     void fill(size_t n, const double* q, double* w) const override {
         const nb::gil_scoped_acquire python;
-        Made<double, 2> states = copied(q, Made<double, 2>(n, dof));
+        Made<double, 2> states = copy_into(q, Made<double, 2>(n, dof));
         const auto values = nb::cast<Floats<any>>(function(std::move(states)));
         values.of({static_cast<int64_t>(n)});
         std::copy(values.data(), values.data() + n, w);
     }
 };
 
-// What motions of an arm are charged.
+// Costs of motions of an arm.
 struct Charge {
     Chain chain;
     std::unique_ptr<Measure> measure;
@@ -270,7 +270,7 @@ struct Charge {
         require(within(numbers.data(), 9, infinity) && numbers[3] > 0.0,
                 "a price is no number, or lengths are divided by none above 0");
     }
-    Charge(const Charge&) = delete;  // the prices know where `wraps` are
+    Charge(const Charge&) = delete;  // the prices point to `wraps`
 
     Made<double, 1> costs(const States& start, const States& end) const {
         constexpr int at_a_time = 16;
@@ -287,10 +287,11 @@ struct Charge {
     }
 };
 
-inline Keeping keeping_of(const Chain& chain, const Ints<any>& joints, const Floats<any, 4, 4>& placed,
-                          const Ints<any>& pieces, const Ints<any>& counts, const Bools& balls,
-                          const Floats<any, 12>& rows, const Floats<any>& centres, const Floats<any>& limits,
-                          const Floats<any>& depths, const JointLimits& of_joints) {
+inline PoseConstraints constraints_of(const Chain& chain, const Ints<any>& joints, const Floats<any, 4, 4>& placed,
+                                      const Ints<any>& pieces, const Ints<any>& counts, const Bools& balls,
+                                      const Floats<any, 12>& rows, const Floats<any>& centres,
+                                      const Floats<any>& limits, const Floats<any>& depths,
+                                      const JointLimits& of_joints) {
     const int frames = joints.count(), all = counts.count(), total = rows.count(), dof = chain.dof();
     const auto& [lower, upper, wraps] = of_joints;
     placed.of({frames, 4, 4}), pieces.of({frames}), balls.of({all}), centres.of({total}), limits.of({all});
@@ -304,14 +305,14 @@ inline Keeping keeping_of(const Chain& chain, const Ints<any>& joints, const Flo
     require(within(rows, rows.size(), farthest) && within(centres, total, farthest) && within(limits, all, farthest) &&
                 within(depths, all, farthest),
             "a condition is no finite number");
-    Keeping made{chain,
-                 {},
-                 {},
-                 {rows + 0, rows + rows.size()},
-                 {centres + 0, centres + total},
-                 {lower + 0, lower + dof},
-                 {upper + 0, upper + dof},
-                 {wraps + 0, wraps + dof}};
+    PoseConstraints made{chain,
+                         {},
+                         {},
+                         {rows + 0, rows + rows.size()},
+                         {centres + 0, centres + total},
+                         {lower + 0, lower + dof},
+                         {upper + 0, upper + dof},
+                         {wraps + 0, wraps + dof}};
     int first = 0;
     for (int k = 0; k < frames; ++k) {
         const double* m = placed + 16 * k;
@@ -328,16 +329,16 @@ inline Keeping keeping_of(const Chain& chain, const Ints<any>& joints, const Flo
     return made;
 }
 
-inline Made<double, 2> slack(const Keeping& keeping, int frame, const Floats<any, 3, 3>& turns,
+inline Made<double, 2> slack(const PoseConstraints& keeping, int frame, const Floats<any, 3, 3>& turns,
                              const Floats<any, 3>& shifts) {
     require(frame >= 0 && frame < static_cast<int>(keeping.frames.size()), "there is no such frame");
-    const KeptFrame& kept = keeping.frames[frame];
+    const ConstrainedFrame& kept = keeping.frames[frame];
     const int n = turns.count();
     shifts.of({n, 3});
     Made<double, 2> found(n, kept.behind - kept.first);
     double* next = found;
     for (int row = 0; row < n; ++row) {
-        heed_at(row);
+        poll_signal_at(row);
         double y[12];
         std::copy_n(shifts + 3 * static_cast<size_t>(row), 3, y);
         std::copy_n(turns + 9 * static_cast<size_t>(row), 9, y + 3);
@@ -346,10 +347,11 @@ inline Made<double, 2> slack(const Keeping& keeping, int frame, const Floats<any
     return found;
 }
 
-inline auto projected(const Keeping& keeping, const States& q, const Floats<any>& depth, double exact, int steps) {
+inline auto projected(const PoseConstraints& keeping, const States& q, const Floats<any>& depth, double exact,
+                      int steps) {
     const int dof = keeping.chain.dof(), n = q.of({any, dof}).count();
     depth.of({n});
-    Made<double, 2> states = copied(q.data(), Made<double, 2>(n, dof));
+    Made<double, 2> states = copy_into(q.data(), Made<double, 2>(n, dof));
     Made<bool, 1> good(n);
     share_out(
         n, 64, [&] { return Projection(keeping); },
@@ -357,10 +359,10 @@ inline auto projected(const Keeping& keeping, const States& q, const Floats<any>
     return std::tuple{std::move(states), std::move(good)};
 }
 
-// How far frames (f,) leave their chords at most, and what that takes from what their pieces (p,) have to spare.
+// Bounds on the deviation of frames (f,) from their chords, and its effect on the slack of constraints (p,).
 using KeptLimits = std::tuple<Floats<any, any>, Floats<any, any, any>, Floats<any, any>, Floats<any>, Floats<any>>;
 
-inline Made<bool, 1> keeps_all(const Keeping& keeping, const Coefficients& curves, const KeptLimits& limits,
+inline Made<bool, 1> keeps_all(const PoseConstraints& keeping, const Coefficients& curves, const KeptLimits& limits,
                                double forgiven, double finest) {
     const int64_t dof = keeping.chain.dof(), frames = keeping.frames.size(), pieces = keeping.pieces.size();
     const int n = curves.of({any, any, dof}).count(), degree = curves.count(1) - 1;
@@ -374,11 +376,11 @@ inline Made<bool, 1> keeps_all(const Keeping& keeping, const Coefficients& curve
                 not_negative(per_turn, pieces, farthest),
             "a bound is no finite number, or negative");
     require(forgiven >= 0.0 && finest > 0.0, "what is forgiven is negative, or pieces have no finest size");
-    const KeptBounds bounds{reach, rates, turns, per_metre, per_turn, forgiven, finest};
+    const ConstraintBounds bounds{reach, rates, turns, per_metre, per_turn, forgiven, finest};
     Made<bool, 1> good(n);
     share_out(
-        n, 64, [&] { return KeptProof(keeping, bounds, degree); },
-        [&](size_t k, KeptProof& proof) { good[k] = proof.holds(curves + k * (degree + 1) * dof); });
+        n, 64, [&] { return ConstraintProof(keeping, bounds, degree); },
+        [&](size_t k, ConstraintProof& proof) { good[k] = proof.holds(curves + k * (degree + 1) * dof); });
     return good;
 }
 
@@ -406,77 +408,79 @@ inline auto hits(const PointsInBoxes& boxes, const States& q) {
         rows.insert(rows.end(), {row, box});
         local.insert(local.end(), {at.x, at.y, at.z});
     });
-    return std::tuple{copied(rows.data(), Made<int64_t, 2>(rows.size() / 2, 2)),
-                      copied(local.data(), Made<double, 2>(local.size() / 3, 3))};
+    return std::tuple{copy_into(rows.data(), Made<int64_t, 2>(rows.size() / 2, 2)),
+                      copy_into(local.data(), Made<double, 2>(local.size() / 3, 3))};
 }
 
 inline void bind_robot(nb::module_& m) {
     nb::class_<Chain>(m, "NativeChain", "The joint tree of a robot; arrays as in kinematics.forward.Chain.")
-        .def("__init__", made_by(&chain_of), "parent"_a, "prismatic"_a, "rotations"_a, "offset"_a, "slide"_a, "axis"_a,
-             "following"_a = nb::none(),
-             "following: leader, factor and zero (joints,); without them every joint is planned.")
+        .def("__init__", construct_by(&chain_of), "parent"_a, "prismatic"_a, "rotations"_a, "offset"_a, "slide"_a,
+             "axis"_a, "following"_a = nb::none(),
+             "following: leader, factor and zero (joints,); by default every joint is planned.")
         .def_prop_ro("joints", &Chain::size)
         .def_prop_ro("dof", &Chain::dof)
         .def("placements", &placements, "q"_a, at_work,
-             "World rotations (joints + 1, n, 3, 3) and positions (joints + 1, n, 3) of the base and all joints.")
+             "Return world rotations (joints + 1, n, 3, 3) and positions (joints + 1, n, 3) of the base and all\n"
+             "joints.")
         .def("points", &points, "q"_a, "joint"_a, "point"_a, at_work,
-             "Positions (n, 3) of a point that a joint (0: the base) carries.")
+             "Return positions (n, 3) of a point on a joint (0: the base).")
         .def("path_lengths", &path_lengths, "start"_a, "delta"_a, "pieces"_a, "joint"_a, "point"_a, at_work,
-             "Lengths (n,) of the paths of a point along straight joint motions from start by delta (n, dof):\n"
-             "chords between pieces (n,) + 1 evenly spaced states.")
+             "Return lengths (n,) of the paths of a point along straight joint motions from start by delta (n,\n"
+             "dof), by chords between pieces (n,) + 1 evenly spaced states.")
         .def("manipulability", &manipulability, "q"_a, "joint"_a, "point"_a, "rows"_a, at_work,
-             "The volume (n,) that rows of the Jacobian of a point span, from the first to before the second.\n\n"
-             "That of the columns, where these are fewer.")
+             "Return the volume (n,) spanned by the rows [first, second) of the Jacobian of a point, or by its\n"
+             "columns if they are fewer.")
         .def("manipulability_along", &manipulability_along, "start"_a, "delta"_a, "shares"_a, "joint"_a, "point"_a,
              "rows"_a, at_work, "The same (n, k) at start + share delta, (n, dof) each, for each of shares (k,).")
         .def("inverse", &solve_inverse, "seeds"_a, "joint"_a, "tool"_a, "targets"_a, "oriented"_a, "limits"_a,
              "iterations"_a, "turns_freely"_a = false, "weight"_a = 1.0, at_work,
-             "Where descents from seeds (n, dof) end that bring a tool (4, 4), carried by a joint, to targets.\n\n"
-             "Targets (n or 1, 4, 4) in the world, only their positions unless oriented, and then but for a turn\n"
-             "about z where the tool turns freely; limits: lowest, highest, and which joints wrap and have none.\n"
-             "Where a target cannot be reached, the descents end where weight times metres and radians are least\n"
-             "in squares. Ends (n, dof), distances (n,) and angles (n,) left there.");
+             "Solve inverse kinematics from seeds (n, dof) for a tool (4, 4) on a joint.\n\n"
+             "Targets (n or 1, 4, 4) are in the world; only their positions count unless oriented, and then up to a\n"
+             "turn about z if the tool turns freely. limits: lowest, highest, and which joints wrap and have none.\n"
+             "For unreachable targets the result minimizes the sum of squares of weight times metres, and radians.\n"
+             "Return ends (n, dof), distances (n,) and angles (n,).");
     nb::class_<Charge>(m, "Charge", "What straight motions of an arm cost.")
         .def(nb::init<const Chain&, const std::array<double, 9>&, int, bool, int, const Bools&, int, const Floats<3>&,
                       const RowSpan&, const std::optional<nb::callable>&>(),
              "chain"_a, "numbers"_a, "kind"_a, "at_end"_a, "fewest"_a, "wraps"_a, "joint"_a, "point"_a, "rows"_a,
              "measure"_a = nb::none(),
-             "numbers: low, high and zeta of omega, what lengths are divided by, beta, the floor under w, the longest\n"
-             "motion (rad), how far apart (rad) w is looked at, and the chords (rad) along which the path of the tool\n"
-             "is measured, 0 where the motion of the joints is. kind of omega as in manipulability_costs; at_end:\n"
-             "charged for the last state, not for the mean; fewest states per motion, an odd number; wraps (dof,):\n"
-             "joints that turn by half a turn at most. The tool is a point (3,) that joint carries; rows of its\n"
-             "Jacobian, from the first to before the second, count. measure takes configurations (n, dof) to values\n"
+             "numbers: low, high and zeta of omega, divisor of lengths, beta, floor of w, longest motion (rad),\n"
+             "spacing (rad) of states of w, and chords (rad) of the tool path, 0 for lengths in joint space. kind\n"
+             "of omega as in manipulability_costs; at_end: omega of the last state, not the mean; fewest states per\n"
+             "motion, an odd number; wraps (dof,): joints that turn at most half a turn. The tool is a point (3,)\n"
+             "on joint; rows [first, second) of its Jacobian count. measure maps configurations (n, dof) to values\n"
              "(n,) in place of w.")
         .def("costs", &Charge::costs, "start"_a, "end"_a, at_work, "Costs (n,) from start to end (n, dof).");
-    nb::class_<Keeping>(m, "NativeKeeping",
-                        "Convex pieces of the poses y (12,) = position and rows of the rotation of frames (f,).\n\n"
-                        "A piece is row . y >= limit or, a ball, |rows y - centre| <= limit; depth is how much more\n"
-                        "there can be. Frames stand at placements (f, 4, 4) in joints, with pieces (f,) each, which\n"
-                        "have counts (p,) rows.")
-        .def("__init__", made_by(&keeping_of), "chain"_a, "joints"_a, "placements"_a, "pieces"_a, "counts"_a, "balls"_a,
-             "rows"_a, "centres"_a, "limits"_a, "depths"_a, "joint_limits"_a)
+    nb::class_<PoseConstraints>(
+        m, "NativeConstraints",
+        "Constraints on the poses y (12,) = position and rows of the rotation of frames (f,).\n\n"
+        "A constraint is row . y >= limit or, a ball, |rows y - centre| <= limit; depth is its largest slack.\n"
+        "Frames are at placements (f, 4, 4) in joints, with pieces (f,) constraints each, which have counts (p,)\n"
+        "rows.")
+        .def("__init__", construct_by(&constraints_of), "chain"_a, "joints"_a, "placements"_a, "pieces"_a, "counts"_a,
+             "balls"_a, "rows"_a, "centres"_a, "limits"_a, "depths"_a, "joint_limits"_a)
         .def("slack", &slack, "frame"_a, "rotation"_a, "position"_a, at_work,
-             "What the pieces (k,) of a frame have to spare (n, k) at its poses, (n, 3, 3) and (n, 3).")
+             "Return the slack (n, k) of the constraints (k,) of a frame at its poses, (n, 3, 3) and (n, 3).")
         .def("projected", &projected, "q"_a, "depth"_a, "exact"_a, "steps"_a, at_work,
-             "States near q (n, dof) that keep all but for exact, and which do (n,), after as many steps at most, a\n"
-             "share depth (n,) into what is allowed.")
+             "Return states near q (n, dof) that satisfy constraints up to exact, and which do (n,), after at most\n"
+             "so many steps, a share depth (n,) of the way to their centres.")
         .def("proven", &keeps_all, "curves"_a, "bounds"_a, "forgiven"_a, "finest"_a, at_work,
-             "Which of the curves sum_k c_k s^k, s in [0, 1], (n, degree + 1, dof), are proven to keep all.\n\n"
-             "But for forgiven; pieces of them that leave their chords by no more than finest are not halved. bounds:\n"
-             "reach (f, dof) m of frames, how fast columns of their Jacobians change (f, dof, dof), how fast joints\n"
-             "turn them (f, dof), and what a metre and a radian away from a chord takes from pieces, (p,) each.");
+             "Return which curves sum_k c_k s^k, s in [0, 1], (n, degree + 1, dof), are proven to satisfy all\n"
+             "constraints.\n\n"
+             "forgiven is added to the slack; spans with a deviation from the chord below finest are not halved.\n"
+             "bounds: reach (f, dof) m of frames, derivatives of the columns of their Jacobians (f, dof, dof),\n"
+             "rates of turning by joint (f, dof), and derivatives of the slack by position and rotation, (p,) each.");
     nb::class_<PointsInBoxes>(m, "NativeBoxes",
                               "Points (k, 3) in the frames of joints inner (k,), and a box for each.\n\n"
-                              "From low to high (k, 3) in frames turns (k, 3, 3), shifts (k, 3), given in those of\n"
-                              "joints outer (k,).")
-        .def("__init__", made_by(&boxes_of), "chain"_a, "inner"_a, "points"_a, "outer"_a, "turns"_a, "shifts"_a,
+                              "Boxes are [low, high] (k, 3) in frames turns (k, 3, 3), shifts (k, 3) on joints\n"
+                              "outer (k,).")
+        .def("__init__", construct_by(&boxes_of), "chain"_a, "inner"_a, "points"_a, "outer"_a, "turns"_a, "shifts"_a,
              "low"_a, "high"_a)
         .def("hits", &hits, "q"_a, at_work,
-             "Which points lie in their boxes in configurations (n, dof): rows (m, 2) of configurations and boxes,\n"
-             "ascending, and where the points are in the boxes' frames (m, 3).");
+             "Return which points are in their boxes in configurations (n, dof): rows (m, 2) of configurations and\n"
+             "boxes, ascending, and the points in the frames of the boxes (m, 3).");
     m.def("manipulability_costs", &manipulability_costs, "w"_a, "low"_a, "high"_a, "zeta"_a, "kind"_a, at_work,
-          "omega (n,): 1 up to low, zeta from high on; between as 1 / w (0), -ln w (1), -w (2) goes.");
+          "Return omega (n,): 1 up to low, zeta from high; between affine in 1 / w (0), -ln w (1), -w (2).");
     m.def("manipulability_cost_sums", &manipulability_cost_sums, "w"_a, "weights"_a, "low"_a, "high"_a, "zeta"_a,
           "kind"_a, at_work, "The sums (n,) of manipulability_costs of w (n, k), times weights (k,).");
 }

@@ -1,4 +1,4 @@
-// A robot among obstacles, as Python asks it: looks at states, proofs of motions, and searches by them.
+// Bindings of a robot among obstacles: checks of states, proofs of motions, and searches.
 #pragma once
 
 #include <mutex>
@@ -6,23 +6,23 @@
 
 #include <nanobind/stl/variant.h>
 
-#include "../choices.hpp"
-#include "../glance.hpp"
-#include "../together.hpp"
+#include "../first_proven.hpp"
+#include "../state_check.hpp"
+#include "../box_proof.hpp"
 #include "../tree_search.hpp"
 #include "../walk.hpp"
 #include "robot.hpp"
 
 namespace planner {
 
-// The item of a world with a number, a body or an obstacle as is asked.
+// The body or obstacle with a number.
 inline Item& item_of(World& world, int item, bool body) {
     require(item >= 0 && item < static_cast<int>(world.items.size()), "there is no such item");
     require((world.items[item].joint >= 0) == body, body ? "the item is no body" : "the item is no obstacle");
     return world.items[item];
 }
 
-// Add an item, which `joint` carries, or the world where that is negative; bodies come first. Its number.
+// Add an item on `joint`, or in the world if negative; bodies come first. Returns its number.
 inline int added(World& world, Item item) {
     require(world.pairs.empty(), "items come before the pairs");
     require(item.joint < 0 || world.obstacles() == 0, "bodies come before obstacles");
@@ -66,7 +66,7 @@ inline int add_surface(World& world, int joint, const Floats<any, 3>& hull, cons
                  Solid::of_surface(hull, hull.count(), triangles, triangles.count(), corners, depth, radius));
 }
 
-// They are kept larger by the rounding of distances, so that no bound by them exceeds the true distance.
+// Enlarged by the rounding of distances, so that bounds never exceed the true distance.
 inline void add_spheres(World& world, int item, const Floats<any, 3>& centres, const Floats<any>& radii) {
     Item& body = item_of(world, item, true);
     const int n = radii.count();
@@ -167,7 +167,7 @@ inline Bounds bounds_of(const World& world, const States& reach, const States& b
             {is_static + 0, is_static + pairs}};
 }
 
-// Placements of n configurations, as a chain gives them: rotations and positions of the base and all joints.
+// Placements of n configurations: rotations and positions of the base and all joints.
 struct Placements {
     const Rotations& rotation;
     const Positions& position;
@@ -187,7 +187,7 @@ inline Made<double, 2> coarse(const World& world, const Rotations& rotation, con
     Made<double, 2> bounds(placed.n, world.pair_count());
     Scratch scratch = world.scratch();
     for (size_t k = 0; k < placed.n; ++k) {
-        heed();
+        poll_signal();
         placed.at(k, scratch.frames.data());
         world.place_moving(0.0, scratch.frames.data());
         world.coarse(scratch.frames.data(), scratch, bounds + k * world.pair_count());
@@ -195,7 +195,7 @@ inline Made<double, 2> coarse(const World& world, const Rotations& rotation, con
     return bounds;
 }
 
-// Close bounds (k,) of pairs, and the normals (k, 3) of the planes that hold best between the two hulls.
+// Close bounds (k,) of pairs, and normals (k, 3) of the best planes between the two hulls.
 template <class Keep>
 void look_closely(const World& world, const Rotations& rotation, const Positions& position, const Ints<any>& rows,
                   const Ints<any>& pairs, const std::variant<Floats<any>, double>& enough, const Keep& keep) {
@@ -216,10 +216,10 @@ void look_closely(const World& world, const Rotations& rotation, const Positions
         world.place_moving(0.0, posed.frames.data());
         return posed;
     };
-    constexpr int together = 64;  // looks, of microseconds each where pairs are far apart
+    constexpr int together = 64;  // checks, of microseconds each for distant pairs
     share_out((count + together - 1) / together, 8, make, [&](int block, Posed& posed) {
         for (int k = block * together; k < std::min(count, (block + 1) * together); ++k) {
-            heed();
+            poll_signal();
             if (rows[k] != posed.row) placed.at(posed.row = rows[k], posed.frames.data());
             const int pair = static_cast<int>(pairs[k]);
             Vec apart = world.between_middles(pair, posed.frames.data());
@@ -252,13 +252,13 @@ inline Made<double, 2> planes(const World& world, const Rotations& rotation, con
 
 inline int first_near(const World& world, const States& q) {
     const int n = q.of({any, world.chain.dof()}).count();
-    Glance glance(world);
-    for (int k = 0; k < n; ++k, heed())
+    StateCheck glance(world);
+    for (int k = 0; k < n; ++k, poll_signal())
         if (glance.finds_near(q + static_cast<size_t>(k) * world.chain.dof(), clearly)) return k;
     return n;
 }
 
-// Looks at one motion after the other, on one thread, for as long as the world is there.
+// Checks of motions on one thread; the world must outlive it.
 class Look {
    public:
     Look(const World& world, const Bounds& bounds, double step) : bounds_(bounds), step_(step), glance_(world) {
@@ -275,7 +275,7 @@ class Look {
    private:
     const Bounds& bounds_;
     const double step_;
-    Glance glance_;
+    StateCheck glance_;
 };
 
 constexpr int64_t most_parts = INT32_MAX / 8;  // of a walk
@@ -289,9 +289,11 @@ inline Pieces pieces_of(const World& world, const Coefficients& coefficients) {
     return pieces;
 }
 
-inline void require_room(double room) { require(room >= rounding, "the room is below what distances are rounded by"); }
+inline void require_memory(double resolution) {
+    require(resolution >= rounding, "the resolution is below what distances are rounded by");
+}
 
-// When pieces begin, how long they take, and how much sooner or later they may begin, s.
+// Start, duration and tolerance of the start of pieces, s.
 using Spans = std::optional<Floats<any, 3>>;
 
 inline std::vector<Span> spans_of(const Spans& spans, int count) {
@@ -304,18 +306,18 @@ inline std::vector<Span> spans_of(const Spans& spans, int count) {
     return found;
 }
 
-inline auto prove(const World& world, const Bounds& bounds, const Coefficients& coefficients, double room,
+inline auto prove(const World& world, const Bounds& bounds, const Coefficients& coefficients, double resolution,
                   const Spans& spans) {
     const Pieces pieces = pieces_of(world, coefficients);
     const std::vector<Span> times = spans_of(spans, pieces.count);
-    require_room(room);
+    require_memory(resolution);
     const size_t count = pieces.count;
     Made<int64_t, 1> verdict(count), pair(count), samples(count);
     Made<double, 1> clearance(count), where(count);
     share_out(
         pieces.count, 4, [&] { return Prover(world, bounds); },
         [&](int k, Prover& prover) {
-            const Proof proof = prover.prove(pieces, k, room, spans ? &times[k] : nullptr);
+            const Proof proof = prover.prove(pieces, k, resolution, spans ? &times[k] : nullptr);
             verdict[k] = proof.verdict, pair[k] = proof.pair, samples[k] = proof.samples;
             clearance[k] = proof.clearance, where[k] = proof.where;
         });
@@ -324,27 +326,27 @@ inline auto prove(const World& world, const Bounds& bounds, const Coefficients& 
 
 inline std::optional<std::pair<double, int64_t>> prove_motion(const World& world, const Bounds& bounds,
                                                               const Floats<any>& start, const Floats<any>& delta,
-                                                              double room) {
+                                                              double resolution) {
     const int dof = world.chain.dof();
-    require_room(room);
+    require_memory(resolution);
     std::vector<double> piece(start.of({dof}) + 0, start + dof);
     piece.insert(piece.end(), delta.of({dof}) + 0, delta + dof);
-    const Proof proof = Prover(world, bounds).prove({piece.data(), 1, 1, dof}, 0, room);
+    const Proof proof = Prover(world, bounds).prove({piece.data(), 1, 1, dof}, 0, resolution);
     if (proof.verdict != proven_free) return std::nullopt;
     return std::pair{proof.clearance, proof.samples};
 }
 
-inline auto prove_together(const World& world, const Bounds& bounds, const Coefficients& coefficients, double room,
-                           const Spans& spans) {
+inline auto prove_together(const World& world, const Bounds& bounds, const Coefficients& coefficients,
+                           double resolution, const Spans& spans) {
     const Pieces pieces = pieces_of(world, coefficients);
     const std::vector<Span> times = spans_of(spans, pieces.count);
-    require_room(room);
+    require_memory(resolution);
     require(within(coefficients, coefficients.size(), farthest), "a coefficient is no finite number");
     for (const Span& span : times) require(span.holds(), "a span is no time");
     const int count = pieces.count;
     std::vector<Proof> proofs(count);
     Prover prover(world, bounds);
-    if (count) Together(prover, pieces, spans ? times.data() : nullptr, room, proofs.data()).prove(0, count);
+    if (count) BoxProof(prover, pieces, spans ? times.data() : nullptr, resolution, proofs.data()).prove(0, count);
     Made<int64_t, 1> verdict(count), pair(count);
     Made<double, 1> where(count);
     for (int k = 0; k < count; ++k)
@@ -352,7 +354,7 @@ inline auto prove_together(const World& world, const Bounds& bounds, const Coeff
     return std::tuple{std::move(verdict), std::move(pair), std::move(where)};
 }
 
-// The sums of the first 0, 1, 2, ... of what each of some has.
+// Sums of the first 0, 1, 2, ... counts.
 inline std::vector<int64_t> offsets_of(const Ints<any>& counts) {
     std::vector<int64_t> offsets(counts.size() + 1);
     for (size_t k = 0; k < counts.size(); ++k) {
@@ -364,14 +366,14 @@ inline std::vector<int64_t> offsets_of(const Ints<any>& counts) {
 
 inline auto first_proven_of(const World& world, const Bounds& bounds, const Coefficients& coefficients,
                             const Ints<any>& motions, const Ints<any>& alternatives, const Ints<any>& begin,
-                            double room) {
+                            double resolution) {
     const Pieces pieces = pieces_of(world, coefficients);
     const std::vector<int64_t> items = offsets_of(alternatives), ends = offsets_of(motions);
     const int count = alternatives.count();
     require(items.back() == motions.count() && ends.back() == pieces.count,
             "the numbers of alternatives and motions do not fit each other");
     require(between(begin.of({count}), count, 0, INT32_MAX), "there is no such alternative to begin with");
-    require_room(room);
+    require_memory(resolution);
     Made<int64_t, 1> chosen(count), samples(pieces.count);
     Made<double, 1> clearance(pieces.count);
     std::vector<Proof> proofs(pieces.count);
@@ -379,22 +381,24 @@ inline auto first_proven_of(const World& world, const Bounds& bounds, const Coef
     share_out(
         count, 2, [&] { return Prover(world, bounds); },
         [&](int k, Prover& prover) {
-            chosen[k] = first_proven(prover, pieces, static_cast<int>(begin[k]),
-                                     static_cast<int>(items[k + 1] - items[k]), &ends[items[k]], room, proofs.data());
+            chosen[k] =
+                first_proven(prover, pieces, static_cast<int>(begin[k]), static_cast<int>(items[k + 1] - items[k]),
+                             &ends[items[k]], resolution, proofs.data());
         });
     for (int k = 0; k < pieces.count; ++k) clearance[k] = proofs[k].clearance, samples[k] = proofs[k].samples;
     return std::tuple{std::move(chosen), std::move(clearance), std::move(samples)};
 }
 
 inline auto cheapest_proven_chain(const World& world, const Bounds& bounds, const States& points, const States& price,
-                                  double room) {
+                                  double resolution) {
     const int count = points.of({any, world.chain.dof()}).count(), most = threads();
     require(count >= 1, "a chain has at least one point");
-    require_room(room);
+    require_memory(resolution);
     std::vector<double> prices(price.of({count, count}) + 0, price + price.size());
     ChainSearch search(count, world.chain.dof(), points, prices.data());
     share_out(
-        most, 1, [&] { return Prover(world, bounds); }, [&](int, Prover& prover) { search.work(prover, room); }, most);
+        most, 1, [&] { return Prover(world, bounds); }, [&](int, Prover& prover) { search.work(prover, resolution); },
+        most);
     const std::vector<int>& found = search.rows();
     Made<int64_t, 1> rows(found.size()), samples(found.size() - 1);
     Made<double, 1> clearance(found.size() - 1);
@@ -414,9 +418,9 @@ inline auto walk(const World& world, const Bounds& bounds, const Coefficients& c
     Made<int64_t, 1> parts(pieces.count);
     Made<double, 1> shares(world.pair_count());
     std::fill_n(shares.data(), shares.size(), 0.0);
-    std::vector<std::pair<int, int64_t>> of;  // the piece of each part, and which of its parts that is
+    std::vector<std::pair<int, int64_t>> of;  // piece of each interval, and index of the interval
     Walk whole(world, bounds, pieces);
-    for (int k = 0; k < pieces.count; ++k, heed()) {
+    for (int k = 0; k < pieces.count; ++k, poll_signal()) {
         const double cut = whole.parts(k, longest);
         require(cut + of.size() <= most_parts, "a motion is too long to be walked along in such short parts");
         parts[k] = static_cast<int64_t>(cut);
@@ -466,22 +470,22 @@ inline auto tree_path(const World& world, const Bounds& bounds, const Limits& li
     TreeSearch search(world, bounds, space, step, look_apart, seed);
     const std::vector<double> path = search.path(starts, starts.count(), goals, goals.count(), limit);
     std::optional<Made<double, 2>> found;
-    if (!path.empty()) found = copied(path.data(), Made<double, 2>(path.size() / dof, dof));
+    if (!path.empty()) found = copy_into(path.data(), Made<double, 2>(path.size() / dof, dof));
     return std::tuple{std::move(found), search.looked_at};
 }
 
 inline void bind_world(nb::module_& m) {
     nb::class_<Bounds>(m, "NativeBounds", "How fast pairs and bodies of one world move at most.")
         .def_prop_ro("left_out", [](const Bounds& self) {
-            return copied(reinterpret_cast<const bool*>(self.is_static.data()), Made<bool, 1>(self.is_static.size()));
+            return copy_into(reinterpret_cast<const bool*>(self.is_static.data()),
+                             Made<bool, 1>(self.is_static.size()));
         });
     nb::class_<Look>(m, "Look", "Whether no pair is near along a motion from start by delta (dof,).")
         .def("__call__", &Look::operator(), "start"_a, "delta"_a, at_work);
     nb::class_<World>(m, "NativeWorld",
-                      "Bodies of a robot and obstacles, added one after the other, bodies first; then the pairs that\n"
-                      "are checked.\n\n"
-                      "Every body has spheres, every obstacle targets, and set_pairs comes last: then several threads\n"
-                      "may ask. A joint of -1 is the world: what it carries is an obstacle.")
+                      "Bodies of a robot and obstacles, added in order, bodies first; then the checked pairs.\n\n"
+                      "Every body has spheres, every obstacle targets, and set_pairs comes last; then threads can\n"
+                      "share the world. A joint of -1 is the world: its items are obstacles.")
         .def(
             "__init__",
             [](World* self, const Chain& chain, double margin) {
@@ -494,86 +498,85 @@ inline void bind_world(nb::module_& m) {
         .def_prop_ro("bodies", [](const World& self) { return self.bodies; })
         .def_prop_ro("pairs", &World::pair_count)
         .def("add_hull", &add_hull, "joint"_a, "points"_a, "radius"_a, at_work,
-             "The convex hull of points (k, 3), rounded by radius. Its number.")
+             "Add the convex hull of points (k, 3), rounded by radius; return its number.")
         .def("add_cylinder", &add_cylinder, "joint"_a, "middle"_a, "half"_a, "across"_a,
-             "A cylinder: its middle (3,), from there to a disc half (3,), two radii across (2, 3). Its number.")
+             "Add a cylinder: middle (3,), half of its axis (3,), two radii across (2, 3); return its number.")
         .def("add_surface", &add_surface, "joint"_a, "hull"_a, "triangles"_a, "depth"_a, "radius"_a = 0.0, at_work,
-             "The union of the hulls of points (m, c, 3), of triangles with c = 3, with points (k, 3) of its hull, no "
-             "deeper than "
-             "depth below.\n\n"
-             "The hull stands for it where that is more than depth (m) away; both are rounded by radius (m).")
+             "Add the surface of triangles (m, 3, 3), with points (k, 3) of its hull, at most depth below the hull.\n\n"
+             "The hull replaces it at distances above depth (m); both are rounded by radius (m). Return its number.")
         .def("take", &take, "other"_a, "item"_a,
-             "What another world of the same arm has as a number, with its motion and speed limit. Its number here.")
+             "Add the item of another world of the same arm, with its motion and speed limit; return its number.")
         .def("set_motion", &set_motion, "item"_a, "times"_a, "turns"_a, "shifts"_a, "axes"_a, "rates"_a, "speeds"_a,
              "size"_a,
-             "An obstacle, in its own frame, is at turns (n, 3, 3), shifts (n, 3) at times (n,) s.\n\n"
-             "Between two of them it turns about axes (n - 1, 3), in its own frame, at rates (n - 1,) rad/s; no point\n"
-             "of it exceeds speeds (n - 1,) m/s, nor is farther than size (m) from the frame's origin. It counts as\n"
-             "at time 0 wherever no time is given.")
+             "Set the motion of an obstacle: its frame is at turns (n, 3, 3), shifts (n, 3) at times (n,) s.\n\n"
+             "Between times it turns about axes (n - 1, 3), in its own frame, at rates (n - 1,) rad/s; its points\n"
+             "are at most speeds (n - 1,) m/s fast, and at most size (m) from the origin of the frame. Calls\n"
+             "without a time use time 0.")
         .def("set_speed_limit", &set_speed_limit, "item"_a, "limit"_a,
-             "From time 0 on no point of an obstacle is farther than limit (m/s) times t from where it was.")
+             "Let points of an obstacle move at most limit (m/s) times t from their position at time 0.")
         .def("set_travel", &set_travel, "travel"_a,
-             "How far slides go from 0 at most (joints,) m, infinite for joints that turn.\n\n"
-             "Reaches hold no farther: motions that go beyond are undecided.")
+             "Set the range of slides around 0 (joints,) m, infinite for joints that turn.\n\n"
+             "Reaches hold in this range: motions beyond it are undecided.")
         .def("add_spheres", &add_spheres, "item"_a, "centres"_a, "radii"_a,
-             "Spheres (k, 3), (k,) that together hold a body, in its joint's frame.")
+             "Set spheres (k, 3), (k,) whose union contains a body, in the frame of its joint.")
         .def("add_target", &add_target, "item"_a, "turn"_a, "shift"_a, "half"_a, "radius"_a, "is_cylinder"_a,
-             "A box of half sizes half (3,), rounded by radius, that holds a part of an obstacle.\n\n"
-             "Placed by turn (3, 3), shift (3,). A cylinder has its radius and half length in half[0], [2].")
+             "Add a box of half sizes half (3,), rounded by radius, that contains a section of an obstacle.\n\n"
+             "It is placed by turn (3, 3), shift (3,). A cylinder has its radius and half length in half[0], [2].")
         .def("set_pairs", &set_pairs, "pairs"_a, "checked"_a,
-             "Pairs (n, 2) of items in the order of their numbers, and which (n,) of them are checked.\n\n"
-             "First every body with every obstacle, body after body; then two bodies each.")
+             "Set pairs (n, 2) of items in the order of their numbers, and which (n,) are checked.\n\n"
+             "Pairs are first every body with every obstacle, by body; then two bodies each.")
         .def("bounds", &bounds_of, "reach"_a, "body_reach"_a, "is_static"_a,
-             "How fast things move at most, for proofs.\n\n"
-             "reach (pairs, joints) bounds how fast a joint's motion changes a pair's distance, body_reach (bodies,\n"
-             "joints) how fast it moves a body's points, in any configuration; static pairs are left out.")
+             "Return bounds on motions, for proofs.\n\n"
+             "reach (pairs, joints) bounds the rate of a pair's distance per joint, body_reach (bodies, joints) the\n"
+             "rate of points of a body, in any configuration; static pairs have none.")
         .def("coarse", &coarse, "rotation"_a, "position"_a, at_work,
-             "Lower bounds (n, pairs) on distances by spheres, for placements; inf for pairs that are not checked.")
+             "Return lower bounds (n, pairs) on distances by spheres, for placements; inf for unchecked pairs.")
         .def("close", &close, "rotation"_a, "position"_a, "rows"_a, "pairs"_a, "enough"_a = infinity, at_work,
-             "Lower bounds (k,) on the distances of pairs (k,) in configurations rows (k,), by planes.\n\n"
-             "A micrometre from the distance, and short of it by no more than dents are deep where these are farther\n"
-             "apart than that; 0 where they touch. Those that are enough (k,) m need not be better.")
+             "Return lower bounds (k,) on the distances of pairs (k,) in configurations rows (k,), by planes.\n\n"
+             "They are accurate to a micrometre, or to the depth of surfaces at larger distances; 0 for contacts.\n"
+             "Bounds of at least enough (k,) m are not improved.")
         .def("planes", &planes, "rotation"_a, "position"_a, "rows"_a, "pairs"_a, "enough"_a = infinity, at_work,
-             "Normals (k, 3), of no unit length, of the planes that hold best between the hulls of pairs.\n\n"
-             "They point from the first of a pair to the second. Where the hulls meet they separate nothing.")
-        .def(
-            "first_near", &first_near, "q"_a, at_work,
-            "The first configuration of (n, dof) where a pair is no farther apart than the margin; n where none is.\n\n"
-            "One that holds what is no finite number counts as near.")
+             "Return normals (k, 3), not of unit length, of the best planes between the hulls of pairs.\n\n"
+             "They point from the first of a pair to the second. If hulls intersect they separate nothing.")
+        .def("first_near", &first_near, "q"_a, at_work,
+             "Return the first configuration of (n, dof) with a pair within the margin; n if there is none.\n\n"
+             "A configuration with a number that is not finite counts as near.")
         .def(
             "look", [](const World& self, const Bounds& bounds, double step) { return new Look(self, bounds, step); },
             "bounds"_a, "step"_a, nb::rv_policy::take_ownership, nb::keep_alive<0, 1>(), nb::keep_alive<0, 2>(),
-            "Whether first_near finds nothing along a motion, from a start by a delta (dof,), but at its start.\n\n"
-            "In its end, its middle, and states between which no point moves further than step (m), but for those\n"
-            "that lie as near to one that was looked at as it is clear. One thread asks it, of many motions.")
-        .def("prove", &prove, "bounds"_a, "coefficients"_a, "room"_a, "spans"_a = nb::none(), at_work,
-             "Proofs of pieces q(s) = sum_k c_k s^k, (m, degree + 1, dof), s in [0, 1].\n\n"
-             "spans (m, 3), where obstacles move: when a piece begins, how long it takes, and by how much it may\n"
-             "begin sooner or later, s. Verdicts (m,), the pairs that stopped them, samples, clearances and where\n"
-             "they stopped. Pieces that hold what is no finite number, or that move a point farther than a million\n"
-             "metres, are undecided.")
-        .def("prove_motion", &prove_motion, "bounds"_a, "start"_a, "delta"_a, "room"_a, at_work,
-             "The clearance and the samples of one straight motion; None where it is not proven.")
-        .def("prove_together", &prove_together, "bounds"_a, "coefficients"_a, "room"_a, "spans"_a = nb::none(), at_work,
-             "As prove, of pieces of which each lies near the ones before and behind it, on one thread.\n\n"
-             "Pairs that are far apart are cleared for many of them at once. Verdicts (m,), the pairs that stopped\n"
-             "them and where; pieces behind the first that is not free are left undecided, without a pair.")
+            "Return a check of motions from a start by a delta (dof,), which is true if first_near finds no sample\n"
+            "except the start.\n\n"
+            "Samples are the end, the middle, and states between which no point moves farther than step (m), except\n"
+            "those that another sample clears. It is for one thread.")
+        .def("prove", &prove, "bounds"_a, "coefficients"_a, "resolution"_a, "spans"_a = nb::none(), at_work,
+             "Prove pieces q(s) = sum_k c_k s^k, (m, degree + 1, dof), s in [0, 1].\n\n"
+             "spans (m, 3), for moving obstacles, are start, duration and tolerance of the start of each piece, s.\n"
+             "Return verdicts (m,), the pairs that stopped them, samples, clearances and s of the end. Pieces with\n"
+             "numbers that are not finite, or that move a point farther than a million metres, are undecided.")
+        .def("prove_motion", &prove_motion, "bounds"_a, "start"_a, "delta"_a, "resolution"_a, at_work,
+             "Return clearance and samples of one straight motion; None without a proof.")
+        .def("prove_together", &prove_together, "bounds"_a, "coefficients"_a, "resolution"_a, "spans"_a = nb::none(),
+             at_work,
+             "Prove neighbouring pieces as prove, on one thread.\n\n"
+             "Distant pairs are cleared for many pieces at once. Return verdicts (m,), the pairs that stopped them\n"
+             "and s; pieces behind the first that is not free are undecided, without a pair.")
         .def("first_proven", &first_proven_of, "bounds"_a, "coefficients"_a, "motions"_a, "alternatives"_a, "begin"_a,
-             "room"_a, at_work,
-             "For each of n items the number of the first of its alternatives whose motions are all proven, or -1.\n\n"
-             "Item k has alternatives[k] of them, of which those before begin[k] are left out; alternative j consists\n"
-             "of motions[j] of the pieces (m, degree + 1, dof), one after the other. With the numbers (n,) clearances\n"
-             "and samples (m,) of the motions that were chosen, -1 samples for the others.")
-        .def("cheapest_chain", &cheapest_proven_chain, "bounds"_a, "points"_a, "price"_a, "room"_a, at_work,
-             "The rows (r,) of the cheapest chain of proven straight motions from the first of points to the last.\n\n"
-             "Consecutive points (k, dof) are joined by proven motions; price (k, k) of the motions forward. With the\n"
-             "rows clearances and samples (r - 1,) of the motions between them, -1 samples where these are\n"
-             "consecutive. All points where every chain has an infinite price.")
+             "resolution"_a, at_work,
+             "Return for each of n items the first alternative with all motions proven, or -1.\n\n"
+             "Item k has alternatives[k] alternatives, the first begin[k] of which are skipped; alternative j has\n"
+             "motions[j] of the pieces (m, degree + 1, dof), in order. Return numbers (n,), and clearances and\n"
+             "samples (m,) of the chosen motions, -1 samples for others.")
+        .def("cheapest_chain", &cheapest_proven_chain, "bounds"_a, "points"_a, "price"_a, "resolution"_a, at_work,
+             "Return the rows (r,) of the cheapest chain of proven straight motions from the first of points to the\n"
+             "last.\n\n"
+             "Motions between consecutive points (k, dof) are proven; price (k, k) is of forward motions. Also\n"
+             "return clearances and samples (r - 1,) of the motions between them, -1 samples for consecutive\n"
+             "points. All points are returned if every chain has an infinite price.")
         .def("walk", &walk, "bounds"_a, "coefficients"_a, "longest"_a, at_work,
-             "Into how many parts of one length in s each of m pieces is cut, and how far no point moves on each.\n\n"
-             "Parts are so short that the joints alone could move nothing farther than longest (m). The metres (all\n"
-             "parts,) hold for a part of a part in proportion. With them shares (pairs,): by how much at most a\n"
-             "pair's distance changes meanwhile, of what the fastest point moves.")
+             "Return the number of equal intervals of each of m pieces, and bounds on the motion of points on each.\n\n"
+             "On an interval the joints move no point farther than longest (m). The bounds (intervals,) m hold for\n"
+             "sections of an interval in proportion. shares (pairs,) are the largest ratios of a pair's change of\n"
+             "distance to the motion of the fastest point.")
         .def("tree_path", &tree_path, "bounds"_a, "limits"_a, "wraps"_a, "longest"_a, "tool"_a, "floor"_a,
              "floor_apart"_a, "starts"_a, "goals"_a, "step"_a, "look_apart"_a, "seed"_a, "limit"_a, at_work,
              "A path (k, dof) of motions that look free, from a start to a goal, and how many it looked at.\n\n"

@@ -1,7 +1,7 @@
-// Which motions are proven where several would do: the first of alternatives, the cheapest chain through points.
+// Proofs of alternatives: the first proven alternative, and the cheapest proven chain through points.
 //
-// Proofs go on sample by sample where a contact is likeliest, and none goes on once another motion that it needs is
-// refused: most of what is tried is refused after two samples, and what is free takes a dozen.
+// Each step takes the next sample of the motion with the smallest distance. A refused motion ends the proofs of its
+// alternative: most motions are refused after two samples, and free ones take a dozen.
 #pragma once
 
 #include <atomic>
@@ -13,13 +13,13 @@
 
 namespace planner {
 
-// The motion between two states, as a piece (2, dof).
+// Write the motion between two states as a piece (2, dof).
 inline void straight_piece(const double* from, const double* to, int dof, double* coefficients) {
     for (int j = 0; j < dof; ++j) coefficients[j] = from[j], coefficients[dof + j] = to[j] - from[j];
 }
 
-// Go on with proofs until all motions are free: -1, or the number of the first one that is refused.
-inline int first_refused(Prover& prover, const std::vector<Prover::Attempt*>& attempts, double room) {
+// Continue proofs until all motions are free; returns -1, or the number of the first refused motion.
+inline int find_refused(Prover& prover, const std::vector<Prover::Attempt*>& attempts, double resolution) {
     for (;;) {
         int next = -1;
         for (size_t k = 0; k < attempts.size(); ++k) {
@@ -28,39 +28,40 @@ inline int first_refused(Prover& prover, const std::vector<Prover::Attempt*>& at
             if (next < 0 || attempts[k]->next_gap() < attempts[next]->next_gap()) next = static_cast<int>(k);
         }
         if (next < 0) return -1;
-        if (heed() == Told::finish) return attempts[next]->left_open(), next;
-        prover.go_on(*attempts[next], room);
+        if (poll_signal() == Signal::finish) return attempts[next]->left_open(), next;
+        prover.go_on(*attempts[next], resolution);
     }
 }
 
-// Whether all pieces from `first` to `last` are proven; then with their `proofs`.
-inline bool all_proven(Prover& prover, const Pieces& pieces, int64_t first, int64_t last, double room, Proof* proofs) {
+// Prove the pieces [first, last); returns whether all are free, with their `proofs`.
+inline bool prove_all(Prover& prover, const Pieces& pieces, int64_t first, int64_t last, double resolution,
+                      Proof* proofs) {
     std::vector<Prover::Attempt> attempts(last - first);
     std::vector<Prover::Attempt*> all;
     for (int64_t piece = first; piece < last; ++piece) {
         prover.begin(attempts[piece - first], pieces, static_cast<int>(piece));
         all.push_back(&attempts[piece - first]);
     }
-    if (first_refused(prover, all, room) >= 0) return false;
+    if (find_refused(prover, all, resolution) >= 0) return false;
     for (int64_t piece = first; piece < last; ++piece) proofs[piece] = attempts[piece - first].proof;
     return true;
 }
 
-// The first alternative from `begin` to `end` all of whose motions are proven, or -1. The motions of alternative k are
-// the pieces from ends[k] to ends[k + 1]; `proofs` are those of the pieces.
-inline int first_proven(Prover& prover, const Pieces& pieces, int begin, int end, const int64_t* ends, double room,
-                        Proof* proofs) {
+// The first alternative in [begin, end) with all motions proven, or -1. Alternative k has the pieces [ends[k],
+// ends[k + 1]); `proofs` are per piece.
+inline int first_proven(Prover& prover, const Pieces& pieces, int begin, int end, const int64_t* ends,
+                        double resolution, Proof* proofs) {
     for (int k = begin; k < end; ++k)
-        if (all_proven(prover, pieces, ends[k], ends[k + 1], room, proofs)) return k;
+        if (prove_all(prover, pieces, ends[k], ends[k + 1], resolution, proofs)) return k;
     return -1;
 }
 
-// The rows of the cheapest chain from the first to the last of k points, by forward price (k, k).
+// Rows of the cheapest chain from the first to the last of k points, for prices (k, k) of forward motions.
 inline std::vector<int> cheapest_chain(const double* price, int k) {
     std::vector<double> total(k, infinity);
     std::vector<int> back(k, 0), rows{k - 1};
     total[0] = 0.0;
-    for (int row = 1; row < k; ++row, heed())
+    for (int row = 1; row < k; ++row, poll_signal())
         for (int from = 0; from < row; ++from) {
             const double reached = total[from] + price[static_cast<size_t>(from) * k + row];
             if (reached < total[row]) total[row] = reached, back[row] = from;
@@ -72,19 +73,19 @@ inline std::vector<int> cheapest_chain(const double* price, int k) {
 
 // The cheapest chain of proven straight motions through some of k points (k, dof), from the first to the last.
 //
-// Motions from one point to the next are proven already; others are once a cheapest chain has them, which is the lazy
-// search of Bohlin and Kavraki (Path planning using lazy PRM, 2000). Those that are refused get an infinite price. Where
-// no chain has a finite one, all points are it. Any number of threads may work at it, each with a prover of its own, one
-// motion each: which motions are refused when may differ, and what is found is the same.
+// Motions between consecutive points are already proven; others are proven when a cheapest chain uses them, as in the
+// lazy search of Bohlin and Kavraki (Path planning using lazy PRM, 2000). A refused motion gets an infinite price. If no
+// chain has a finite price, the result has all points. Several threads can work at once, each with its own prover and
+// motion: the order of refusals can differ, the result does not.
 class ChainSearch {
    public:
     ChainSearch(int count, int dof, const double* points, double* price)
         : count_(count), dof_(dof), points_(points), price_(price), numbers_(static_cast<size_t>(count) * count, -1) {}
 
-    // Work until the chain is found; where one of the threads fails none goes on.
-    void work(Prover& prover, double room) {
+    // Work until the chain is proven; an exception in one thread stops all.
+    void work(Prover& prover, double resolution) {
         try {
-            while (!found()) go_on(prover, room);
+            while (!found()) go_on(prover, resolution);
         } catch (...) {
             const std::lock_guard<Turn> lock(turn_);
             found_ = true;
@@ -92,10 +93,10 @@ class ChainSearch {
         }
     }
 
-    // The rows of the chain that was found.
+    // Rows of the resulting chain.
     const std::vector<int>& rows() const { return rows_; }
 
-    // The proof of a motion of the chain; of none that was proven before.
+    // The proof of a motion of the chain; null for motions between consecutive points.
     const Proof* proof(int from, int to) const {
         const int number = numbers_[at(from, to)];
         return number < 0 ? nullptr : &motions_[number].attempt.proof;
@@ -103,13 +104,13 @@ class ChainSearch {
 
    private:
     struct Motion {
-        size_t place;                      // of its price
+        size_t place;                      // index of its price
         std::vector<double> coefficients;  // (2, dof)
         Prover::Attempt attempt;
         bool busy = false;
     };
 
-    // Whose turn it is: held for less time than it takes to sleep and wake.
+    // A spin lock: held for less time than a thread takes to sleep and wake.
     class Turn {
        public:
         void lock() {
@@ -123,20 +124,20 @@ class ChainSearch {
 
     bool found() {
         const std::lock_guard<Turn> lock(turn_);
-        if (!found_ && heed() == Told::finish) take_all();
+        if (!found_ && poll_signal() == Signal::finish) take_all();
         return found_;
     }
 
-    // One sample more of one motion.
-    void go_on(Prover& prover, double room) {
+    // Take the next sample of one motion.
+    void go_on(Prover& prover, double resolution) {
         Motion* motion = nullptr;
         {
             const std::lock_guard<Turn> lock(turn_);
             if (!found_) motion = next(prover);
             if (motion) motion->busy = true;
         }
-        if (!motion) return std::this_thread::yield();  // for others to come to the end of a sample
-        prover.go_on(motion->attempt, room);
+        if (!motion) return std::this_thread::yield();  // other threads finish their samples
+        prover.go_on(motion->attempt, resolution);
         const std::lock_guard<Turn> lock(turn_);
         motion->busy = false;
         if (motion->attempt.proof.verdict == proven_free) return;
@@ -144,7 +145,7 @@ class ChainSearch {
         if (!found_) rows_.clear();
     }
 
-    // The motion of the cheapest chain to go on with; none while others are busy with what is left, or if it is found.
+    // The next motion to sample; null if other threads sample the remaining ones, or the chain is proven.
     Motion* next(Prover& prover) {
         while (rows_.empty()) {
             rows_ = cheapest_chain(price_, count_), chain_.clear();
@@ -198,9 +199,9 @@ class ChainSearch {
     double* price_;
     Turn turn_;
     bool found_ = false;
-    std::vector<int> rows_;       // of the cheapest chain; none once one of its motions is refused
-    std::vector<Motion*> chain_;  // its motions that were not proven before
-    std::vector<int> numbers_;    // of motions, by their ends
+    std::vector<int> rows_;       // of the cheapest chain; empty after a refusal
+    std::vector<Motion*> chain_;  // its motions that need a proof
+    std::vector<int> numbers_;    // number of each motion by its ends
     std::deque<Motion> motions_;
 };
 

@@ -1,4 +1,4 @@
-// A quick look at states, which proves nothing of what lies between them.
+// Checks of single states; they prove nothing about the states between.
 #pragma once
 
 #include "refusals.hpp"
@@ -6,14 +6,14 @@
 
 namespace planner {
 
-constexpr double clearly = 1e-6;  // m beyond the margin, so that no rounding matters
-constexpr double ahead = 0.3;     // m: whatever is farther away is as far, for what is clear around a state
+constexpr double clearly = 1e-6;  // m beyond the margin, larger than rounding
+constexpr double ahead = 0.3;     // m, largest distance that is measured around a state
 
-// One thread asks it, and what it found in one state is where it begins in the next: which pair touched, and from where to
-// where two bodies were nearest.
-class Glance {
+// For one thread. A check begins with the results of the previous state: the touching pair, and the vector between two
+// bodies.
+class StateCheck {
    public:
-    explicit Glance(const World& world)
+    explicit StateCheck(const World& world)
         : world_(world), scratch_(world.scratch()), bounds_(world.pair_count()),
           enough_(world.pair_count(), world.margin + rounding),
           motion_(world.bodies + world.pair_count() - world.bodies * world.obstacles()), apart_(world.pair_count()),
@@ -23,15 +23,15 @@ class Glance {
 
     int dof() const { return world_.chain.dof(); }
 
-    // Whether the world is as large as when this was made.
+    // Whether the world has the same size as at construction.
     bool fits() const {
         return bounds_.size() == world_.pairs.size() && scratch_.x.size() == world_.radii.size() &&
                scratch_.middles.size() == static_cast<size_t>(world_.bodies) &&
                scratch_.frames.size() == world_.frame_count();
     }
 
-    // Whether a pair is not farther apart than the margin at a configuration, or that holds what is no finite number. The
-    // pair that was found last is asked first: it is the likeliest to be found again.
+    // Whether a pair is within the margin at a configuration, or a number is not finite. The pair of the last contact is
+    // checked first, as it is the likeliest.
     bool finds_near(const double* q, double beyond) {
         if (!within(q, world_.chain.dof(), farthest)) return true;
         const Frame* frames = scratch_.frames.data();
@@ -51,9 +51,9 @@ class Glance {
         return false;
     }
 
-    // Whether it finds nothing along a motion from `start` by `delta` but at `start`: at its end, in its middle, and
-    // where no point moves further than `step` (m) from one state to the next. States are passed over that are clear as
-    // one that was looked at is farther from everything than anything moves until there.
+    // Whether no sample of a motion from `start` by `delta` touches, apart from `start`: its end, its middle, and states
+    // between which no point moves farther than `step` (m). A sample is skipped if the distances at another sample
+    // exceed the motion between the two.
     bool looks_free(const double* start, const double* delta, const Bounds& bounds, double step) {
         const double *reach = bounds.reach.data(), *body_reach = bounds.body_reach.data();
         const int dof = world_.chain.dof(), joints = world_.chain.size(), scene = world_.bodies * world_.obstacles();
@@ -76,7 +76,7 @@ class Glance {
         std::vector<double> q(dof);
         std::vector<uint8_t> clear(count + 1);
         const auto is_near = [&](double share) {
-            heed();
+            poll_signal();
             for (int j = 0; j < dof; ++j) q[j] = start[j] + share * delta[j];
             if (finds_near(q.data(), ahead)) return true;
             const double around = std::min(clear_around(), 1.0) * count, at = share * count;
@@ -88,7 +88,7 @@ class Glance {
         if (is_near(1.0) || is_near(0.5)) return false;
         int stride = 1;
         while (2 * stride < count) stride *= 2;
-        for (; stride > 0; stride /= 2)  // far apart first, as contacts lie in runs
+        for (; stride > 0; stride /= 2)  // far apart first, as contacts are contiguous
             for (int k = stride; k < count; k += 2 * stride)
                 if (!clear[k] && is_near(k / double(count))) return false;
         return true;
@@ -101,12 +101,12 @@ class Glance {
         return !(world_.close(pair, scratch_.frames.data(), apart, {world_.margin + rounding}) > world_.margin);
     }
 
-    // By which share of the motion the state that was looked at is away from any that is not clear.
+    // The share of the motion around the last state that is certainly clear.
     double clear_around() const {
         const int obstacles = world_.obstacles(), scene = world_.bodies * obstacles;
         double around = infinity;
         const auto keep = [&](int pair, double motion) {
-            if (motion == 0.0) return;  // as near all along as at the state, which is not too near
+            if (motion == 0.0) return;  // the distance is the same all along
             const double gap = std::min(bounds_[pair], world_.margin + ahead) - world_.margin - 10.0 * clearly;
             around = std::min(around, std::max(gap, 0.0) / motion);
         };
@@ -119,9 +119,9 @@ class Glance {
     const World& world_;
     Scratch scratch_;
     std::vector<double> bounds_, enough_, least_,
-        motion_;  // m at most: that bodies move, and pairs of them to each other
+        motion_;  // m, largest motion of bodies, and of pairs of bodies
     std::vector<uint8_t> far_;
-    std::vector<Vec> apart_;  // of pairs that were looked at closely, the vector between them
+    std::vector<Vec> apart_;  // vectors between the two of a pair, once computed
     std::vector<uint8_t> guessed_;
     int suspect_ = -1;
 };

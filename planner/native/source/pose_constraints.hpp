@@ -1,4 +1,4 @@
-// What a motion keeps: convex pieces of the poses of frames, what these have to spare, and states brought to keep them.
+// Path constraints: convex sets of poses of frames, their slack, and projection of states onto them.
 #pragma once
 
 #include <algorithm>
@@ -8,27 +8,27 @@
 
 namespace planner {
 
-// Of y = (position, rows of the rotation) of a frame: row . y >= limit, or in a ball |rows y - centres| <= limit; `depth`
-// is how much more there can be of the first.
+// A constraint on y = (position, rows of the rotation) of a frame: row . y >= limit, or a ball |rows y - centres| <= limit.
+// `depth` is the largest slack of the first kind.
 struct Piece {
-    int first, behind;  // its rows
+    int first, behind;  // range of its rows
     bool ball;
     double limit, depth;
 };
 
-// A frame that a joint carries, and its pieces from `first` on.
-struct KeptFrame {
+// A frame on a joint, with its constraints from `first` on.
+struct ConstrainedFrame {
     int joint;
     Frame placement;
     int first, behind;
 };
 
-struct Keeping {
+struct PoseConstraints {
     Chain chain;
-    std::vector<KeptFrame> frames;
+    std::vector<ConstrainedFrame> frames;
     std::vector<Piece> pieces;
     std::vector<double> rows, centres;  // (rows, 12), (rows,)
-    std::vector<double> lower, upper;   // of the joints, but for those that wrap
+    std::vector<double> lower, upper;   // of joints that do not wrap
     std::vector<uint8_t> wraps;
 
     double along(int row, const double* y) const {
@@ -37,7 +37,7 @@ struct Keeping {
         return sum;
     }
 
-    // How far y is from the middle of a ball.
+    // Distance of y to the centre of a ball.
     double away(const Piece& piece, const double* y) const {
         double sum = 0.0;
         for (int row = piece.first; row < piece.behind; ++row) {
@@ -47,14 +47,14 @@ struct Keeping {
         return std::sqrt(sum);
     }
 
-    // What a piece has to spare at y; negative where it is broken.
+    // Slack of a constraint at y; negative if violated.
     double slack(const Piece& piece, const double* y) const {
         return piece.ball ? piece.limit - away(piece, y) : along(piece.first, y) - piece.limit;
     }
 };
 
-// Position and rows of the rotation of a frame where the chain's frames stand.
-inline void pose_of(const KeptFrame& kept, const Frame* frames, double* y) {
+// Position and rows of the rotation of a frame, from the frames of the chain.
+inline void pose_of(const ConstrainedFrame& kept, const Frame* frames, double* y) {
     const Frame& joint = frames[kept.joint];
     const Vec position = joint * kept.placement.shift;
     const Mat turn = joint.turn * kept.placement.turn;
@@ -64,16 +64,16 @@ inline void pose_of(const KeptFrame& kept, const Frame* frames, double* y) {
 
 class Projection {
    public:
-    explicit Projection(const Keeping& keeping)
-        : keeping_(keeping), dof_(keeping.chain.dof()), frames_(keeping.chain.size() + 1), linear_(dof_),
+    explicit Projection(const PoseConstraints& keeping)
+        : constraints_(keeping), dof_(keeping.chain.dof()), frames_(keeping.chain.size() + 1), linear_(dof_),
           angular_(dof_), rates_(12 * dof_), row_(dof_), square_(dof_ * dof_), step_(dof_) {}
 
-    // Gauss-Newton steps from q into what is allowed, a share `depth` of the way to its middle, until all is kept but for
-    // `exact`; q becomes where they end. Whether all is kept there.
+    // Gauss-Newton steps from q to the constraints, a share `depth` of the way to their centres, until all hold up to
+    // `exact`; q becomes the result. Returns whether all hold.
     bool run(double* q, double depth, double exact, int steps) {
         constexpr double largest_step = 0.5;  // rad, m
         for (int round = 0;; ++round) {
-            heed_at(round);
+            poll_signal_at(round);
             if (holds(q, exact)) return true;
             if (round == steps) return false;
             look(depth);
@@ -82,42 +82,42 @@ class Projection {
             const double shrunk = std::min(1.0, largest_step / most);
             for (int j = 0; j < dof_; ++j) {
                 q[j] -= shrunk * step_[j];
-                if (!keeping_.wraps[j]) q[j] = std::min(std::max(q[j], keeping_.lower[j]), keeping_.upper[j]);
+                if (!constraints_.wraps[j])
+                    q[j] = std::min(std::max(q[j], constraints_.lower[j]), constraints_.upper[j]);
             }
         }
     }
 
    private:
     bool holds(const double* q, double exact) {
-        keeping_.chain.place(q, frames_.data());
-        for (const KeptFrame& kept : keeping_.frames) {
+        constraints_.chain.place(q, frames_.data());
+        for (const ConstrainedFrame& kept : constraints_.frames) {
             pose_of(kept, frames_.data(), y_);
             for (int k = kept.first; k < kept.behind; ++k)
-                if (!(keeping_.slack(keeping_.pieces[k], y_) >= -exact)) return false;
+                if (!(constraints_.slack(constraints_.pieces[k], y_) >= -exact)) return false;
         }
         return true;
     }
 
-    // The least joint motion, with its sign turned, that removes what is off where the chain stands, as far as that is
-    // linear.
+    // The negative of the smallest joint motion that removes all violations, to first order.
     void look(double depth) {
         std::fill(square_.begin(), square_.end(), 0.0);
         std::fill(step_.begin(), step_.end(), 0.0);
         size_ = 0.0;
-        for (const KeptFrame& kept : keeping_.frames) {
+        for (const ConstrainedFrame& kept : constraints_.frames) {
             pose_of(kept, frames_.data(), y_);
             rates(kept);
             for (int k = kept.first; k < kept.behind; ++k) {
-                const Piece& piece = keeping_.pieces[k];
+                const Piece& piece = constraints_.pieces[k];
                 if (!piece.ball) {
-                    const double off = keeping_.slack(piece, y_) - depth * piece.depth;
+                    const double off = constraints_.slack(piece, y_) - depth * piece.depth;
                     if (off < 0.0) take(piece.first, off);
                     continue;
                 }
-                const double far = std::max(keeping_.away(piece, y_), 1e-300);
+                const double far = std::max(constraints_.away(piece, y_), 1e-300);
                 const double share = 1.0 - (1.0 - depth) * piece.limit / far;
                 for (int row = piece.first; share > 0.0 && row < piece.behind; ++row)
-                    take(row, share * (keeping_.along(row, y_) - keeping_.centres[row]));
+                    take(row, share * (constraints_.along(row, y_) - constraints_.centres[row]));
             }
         }
         const double damping = 1e-9 + 1e-3 * size_;
@@ -125,9 +125,9 @@ class Projection {
         solve_positive(square_.data(), step_.data(), dof_);
     }
 
-    // How the pose changes with each joint (12, dof).
-    void rates(const KeptFrame& kept) {
-        keeping_.chain.jacobian(frames_.data(), kept.joint, kept.placement.shift, linear_.data(), angular_.data());
+    // Derivative of the pose by each joint (12, dof).
+    void rates(const ConstrainedFrame& kept) {
+        constraints_.chain.jacobian(frames_.data(), kept.joint, kept.placement.shift, linear_.data(), angular_.data());
         for (int j = 0; j < dof_; ++j) {
             rates_[j] = linear_[j].x, rates_[dof_ + j] = linear_[j].y, rates_[2 * dof_ + j] = linear_[j].z;
             for (int column = 0; column < 3; ++column) {
@@ -138,12 +138,12 @@ class Projection {
         }
     }
 
-    // One more row of the least-squares problem.
+    // Add a row to the least-squares problem.
     void take(int row, double off) {
         size_ += off * off;
         std::fill(row_.begin(), row_.end(), 0.0);
         for (int k = 0; k < 12; ++k) {
-            const double weight = keeping_.rows[12 * static_cast<size_t>(row) + k];
+            const double weight = constraints_.rows[12 * static_cast<size_t>(row) + k];
             if (weight != 0.0)
                 for (int j = 0; j < dof_; ++j) row_[j] += weight * rates_[k * dof_ + j];
         }
@@ -153,7 +153,7 @@ class Projection {
         }
     }
 
-    const Keeping& keeping_;
+    const PoseConstraints& constraints_;
     int dof_;
     double y_[12] = {}, size_ = 0.0;
     std::vector<Frame> frames_;

@@ -1,8 +1,8 @@
-// Proofs of many curves of which each lies near the ones before and behind it, as the pieces of one motion do.
+// Proofs of many neighbouring curves, such as the pieces of one motion, by boxes of configurations.
 //
-// A straight piece along the diagonal of a box of configurations moves every joint as far from the middle as any state of
-// the box is: what a sample in the middle clears for this piece, it clears for all the box. So pairs that are far apart
-// are cleared for many curves at once, and every curve is proven alone only for the pairs that are left.
+// A straight piece along the diagonal of a box moves every joint as far from the middle as any state of the box. So a
+// sample in the middle that clears a pair on this piece clears it in the whole box. Distant pairs are cleared for many
+// curves at once, and single curves are proven for the remaining pairs only.
 #pragma once
 
 #include <tuple>
@@ -11,20 +11,20 @@
 
 namespace planner {
 
-class Together {
+class BoxProof {
    public:
-    // `spans` (pieces,) where obstacles move, or none; `proofs` (pieces,) is where the proofs go.
-    Together(Prover& prover, const Pieces& pieces, const Span* spans, double room, Proof* proofs)
-        : prover_(prover), pieces_(pieces), spans_(spans), room_(room), proofs_(proofs),
+    // `spans` (pieces,) for moving obstacles, or null; results are written to `proofs` (pieces,).
+    BoxProof(Prover& prover, const Pieces& pieces, const Span* spans, double resolution, Proof* proofs)
+        : prover_(prover), pieces_(pieces), spans_(spans), resolution_(resolution), proofs_(proofs),
           low_(static_cast<size_t>(pieces.count) * pieces.dof), high_(low_.size()) {
         for (int k = 0; k < pieces.count; ++k) measure(k);
     }
 
-    // Prove the curves from `first` to before `last`, one after the other, until one is not free: those behind it are
-    // left undecided. `left` are the pairs that are not clear of all of them, all if null. Whether all are free.
+    // Prove the curves [first, last) in order, until one is not free; later curves are undecided. `left` are the pairs
+    // to prove, all if null. Returns whether all curves are free.
     bool prove(int first, int last, const std::vector<Prover::Task>* left = nullptr) {
         if (last - first == 1) return prove_alone(first, left);
-        const std::vector<Prover::Task> still = not_clear(first, last, left);
+        const std::vector<Prover::Task> still = find_open_tasks(first, last, left);
         if (still.empty() && !leave_reach(first, last)) {
             for (int k = first; k < last; ++k) proofs_[k].samples = 0;
             return true;
@@ -57,17 +57,17 @@ class Together {
             for (Prover::Interval& one : attempt.open) one.last = static_cast<int>(left->size());
         }
         while (!attempt.done()) {
-            if (heed() == Told::finish)
+            if (poll_signal() == Signal::finish)
                 attempt.left_open();
             else
-                prover_.go_on(attempt, room_);
+                prover_.go_on(attempt, resolution_);
         }
         proofs_[k] = attempt.proof;
         return attempt.proof.verdict == proven_free;
     }
 
-    // The pairs that one sample does not clear for all that the curves are in together, at any time of theirs.
-    std::vector<Prover::Task> not_clear(int first, int last, const std::vector<Prover::Task>* left) {
+    // The pairs that a sample does not clear for the common box of the curves [first, last) and their common time.
+    std::vector<Prover::Task> find_open_tasks(int first, int last, const std::vector<Prover::Task>* left) {
         const int dof = pieces_.dof;
         std::vector<double> diagonal(2 * static_cast<size_t>(dof));
         for (int j = 0; j < dof; ++j) {
@@ -90,16 +90,16 @@ class Together {
         if (left) attempt.tasks = *left;
         const int known = static_cast<int>(attempt.tasks.size());
         attempt.open.push_back({0.0, 1.0, 0.0, 0, known});
-        prover_.go_on(attempt, room_);
+        prover_.go_on(attempt, resolution_);
         return {attempt.tasks.begin() + known, attempt.tasks.end()};
     }
 
     Prover& prover_;
     const Pieces pieces_;
     const Span* spans_;
-    double room_;
+    double resolution_;
     Proof* proofs_;
-    std::vector<double> low_, high_;  // (pieces, dof) where each joint is along each of them
+    std::vector<double> low_, high_;  // (pieces, dof) interval of each joint
 };
 
 }  // namespace planner

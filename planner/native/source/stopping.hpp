@@ -2,9 +2,9 @@
 //
 //     v(tau) = v (1 - 3 tau² + 2 tau³) + a T (tau - 2 tau² + tau³) = (1 - tau)² (v (1 + 2 tau) + a T tau)
 //
-// The acceleration (1 - tau) (a (1 - 3 tau) - b tau), b = 6 v / T, goes on evenly from a and ends at 0; the jerk is linear.
-// Where a joint speeds up close to its limit on velocity, that goes beyond it: then the acceleration first falls to 0 by
-// the largest jerk, a (1 - tau), and such a motion from there to rest follows.
+// The acceleration (1 - tau) (a (1 - 3 tau) - b tau), b = 6 v / T, begins at a and ends at 0; the jerk is linear. If a
+// joint accelerates near its velocity limit, this motion exceeds the limit. Then the acceleration first decreases to 0
+// with the largest jerk, a (1 - tau), and such a motion to rest follows.
 #pragma once
 
 #include <algorithm>
@@ -15,7 +15,7 @@
 
 namespace planner {
 
-// What one joint's stop keeps: limits on |v|, |a| and |jerk|, infinite where there is none, and on positions.
+// Limits of one joint on |v|, |a| and |jerk|, infinite for no limit, and on positions.
 struct StopLimits {
     double most[3], lower, upper;
 };
@@ -30,8 +30,8 @@ class Stop {
         c[0] = q_, c[1] = vT, c[2] = 0.5 * aTT, c[3] = -vT - 2.0 / 3.0 * aTT, c[4] = 0.5 * vT + 0.25 * aTT;
     }
 
-    // The largest share of a limit, exact but for rounding: 0 to 2 of those on derivatives; 3: beyond 1 where a position
-    // is not allowed, by as many rad.
+    // The largest ratio to a limit, exact up to rounding. Kinds 0 to 2 are limits on derivatives; kind 3 is 1 plus the
+    // excess (rad) over a position limit.
     double share(int kind, const StopLimits& limits) const {
         if (kind == 3) {
             double c[5];
@@ -65,9 +65,9 @@ class Stop {
     double q_, v_, a_, T_, b_;
 };
 
-// The first of ascending `times` (count,) in which all joints come to rest within their limits, or -1; then `worst` is the
-// kind of limit that is broken in the time that breaks its limits least, and by which joint. What was too much in one
-// time is asked first of the next one.
+// Index of the first of ascending `times` (count,) in which all joints come to rest within limits, or -1. Then `worst`
+// has the kind of limit and the joint with the smallest violation over all times. The limit that one time violates is
+// checked first for the next time.
 inline int quickest_stop(const double* q, const double* v, const double* a, int dof, const double* times, int count,
                          const StopLimits* limits, int* worst) {
     double least = infinity;
@@ -93,10 +93,10 @@ inline int quickest_stop(const double* q, const double* v, const double* a, int 
     return -1;
 }
 
-constexpr double shortest_ease = 1e-3;  // s in which an acceleration falls to 0, if no jerk is too large
+constexpr double shortest_ease = 1e-3;  // s in which accelerations decrease to 0, if jerk limits allow
 
-// Let accelerations fall to 0 by the largest jerk, in a time of whole nanoseconds that is returned: pieces c (5, dof), and
-// q and v (dof,) at its end. 0 where that is beyond a limit.
+// Decrease accelerations to 0 with the largest jerk; returns the time, in whole nanoseconds, or 0 if a limit is
+// violated. Writes the piece c (5, dof), and q and v (dof,) at its end.
 inline double ease(const double* q, const double* v, const double* a, int dof, const StopLimits* limits, double* c,
                    double* end_q, double* end_v) {
     double T = shortest_ease;

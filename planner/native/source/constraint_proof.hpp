@@ -1,4 +1,4 @@
-// Proofs that whole curves keep conditions on the poses of frames, by the bounds of kinematics/tool_bound.py.
+// Proofs of path constraints along curves, by the bounds of constraints/tool_bound.py.
 #pragma once
 
 #include <algorithm>
@@ -6,50 +6,49 @@
 #include <limits>
 #include <vector>
 
-#include "keeping.hpp"
+#include "pose_constraints.hpp"
 #include "polynomials.hpp"
 
 namespace planner {
 
-// How far frames leave their chords at most: from each joint's axis how far (frames, dof), how fast the columns of the
-// Jacobian change (frames, dof, dof), which joints turn them (frames, dof); and how fast what a piece has to spare
-// changes with position and rotation (pieces,). `forgiven` is added to that; pieces of a curve that need no more than
-// `finest` are not halved.
-struct KeptBounds {
+// Bounds on the deviation of frames from their chords: distances to joint axes (frames, dof), derivatives of the columns
+// of the Jacobian (frames, dof, dof), joints that turn the frames (frames, dof); and derivatives of the slack by position
+// and rotation (pieces,). `forgiven` is added to the slack; spans with a deviation below `finest` are not halved.
+struct ConstraintBounds {
     const double *reach, *rates, *turns, *per_metre, *per_turn;
     double forgiven, finest;
 };
 
-class KeptProof {
+class ConstraintProof {
    public:
-    KeptProof(const Keeping& keeping, const KeptBounds& bounds, int degree)
-        : keeping_(keeping), bounds_(bounds), degree_(degree), dof_(keeping.chain.dof()),
+    ConstraintProof(const PoseConstraints& keeping, const ConstraintBounds& bounds, int degree)
+        : constraints_(keeping), bounds_(bounds), degree_(degree), dof_(keeping.chain.dof()),
           frames_(keeping.chain.size() + 1), q_(dof_), sizes_(dof_), speed_(dof_), bend_(dof_),
           part_((degree + 1) * dof_), slope_((degree + 1) * dof_) {}
 
-    // Whether all is kept on the whole curve c (degree + 1, dof).
+    // Whether all constraints hold on the whole curve c (degree + 1, dof).
     bool holds(const double* c) {
         c_ = c;
         add_sizes(c, degree_, sizes_.data());
-        for (int k = 0; k < static_cast<int>(keeping_.frames.size()); ++k)
+        for (int k = 0; k < static_cast<int>(constraints_.frames.size()); ++k)
             if (!frame_holds(k)) return false;
         return true;
     }
 
    private:
-    // Of a curve, and where in `spare_` stands what its ends have to spare.
+    // A span of the curve, with indices into `spare_` of the slack at its ends.
     struct Span {
         double low, high;
         size_t first, last;
     };
 
-    // rounding, relative, a joint: of placements, joint values and derivatives
+    // relative rounding per joint, of placements, joint values and derivatives
     static constexpr double rounded_ = 64 * std::numeric_limits<double>::epsilon();
 
-    // All halves of one size before those of the next: what strays is met early.
+    // Breadth first, so violations are met early.
     bool frame_holds(int k) {
         reach_ = bounds_.reach + k * dof_, turns_ = bounds_.turns + k * dof_, rates_ = bounds_.rates + k * dof_ * dof_;
-        kept_ = &keeping_.frames[k];
+        kept_ = &constraints_.frames[k];
         spare_.clear(), open_.clear();
         if (!look(0.0) || !look(1.0)) return false;
         const size_t pieces = kept_->behind - kept_->first;
@@ -57,8 +56,8 @@ class KeptProof {
         while (!open_.empty()) {
             halves_.clear();
             for (const Span& span : open_) {
-                heed_at(rounds_++);
-                const Outcome outcome = judged(span);
+                poll_signal_at(rounds_++);
+                const Outcome outcome = decide(span);
                 if (outcome == kept) continue;
                 const double middle = 0.5 * (span.low + span.high);
                 const size_t between = spare_.size();
@@ -71,14 +70,14 @@ class KeptProof {
         return true;
     }
 
-    // What the frame's pieces have to spare at s, less rounding; whether all of them have.
+    // Slack of the frame's constraints at s, less rounding; returns whether all are satisfied.
     bool look(double s) {
         for (int j = 0; j < dof_; ++j) {
             double value = c_[degree_ * dof_ + j];
             for (int k = degree_ - 1; k >= 0; --k) value = value * s + c_[k * dof_ + j];
             q_[j] = value;
         }
-        keeping_.chain.place(q_.data(), frames_.data());
+        constraints_.chain.place(q_.data(), frames_.data());
         double y[12];
         pose_of(*kept_, frames_.data(), y);
         double off, turned;
@@ -86,13 +85,13 @@ class KeptProof {
         bool all = true;
         for (int k = kept_->first; k < kept_->behind; ++k) {
             const double noise = off * bounds_.per_metre[k] + turned * bounds_.per_turn[k];
-            spare_.push_back(keeping_.slack(keeping_.pieces[k], y) + bounds_.forgiven - noise);
+            spare_.push_back(constraints_.slack(constraints_.pieces[k], y) + bounds_.forgiven - noise);
             all = all && spare_.back() >= 0.0;
         }
         return all;
     }
 
-    // What rounding takes at most from a position (m) near that of y, and from a column of the rotation.
+    // Bounds on rounding of a position (m) near y, and of a column of the rotation.
     void rounding(const double* y, double& off, double& turned) const {
         double size = std::fabs(y[0]) + std::fabs(y[1]) + std::fabs(y[2]) + 1.0;
         const double count = rounded_ * dof_;
@@ -107,7 +106,7 @@ class KeptProof {
 
     enum Outcome { kept, open, stuck };
 
-    Outcome judged(const Span& span) {
+    Outcome decide(const Span& span) {
         double off, turned, most = 0.0;
         leave(span, off, turned);
         bool covered = true, halved = false;
@@ -123,7 +122,7 @@ class KeptProof {
         return covered ? kept : halved && most < HUGE_VAL ? open : stuck;
     }
 
-    // By how much (m), and by what length of a column of its rotation, the frame leaves its chord on a span at most.
+    // Bounds on the deviation of a frame from its chord on a span: position (m), and column of the rotation.
     void leave(const Span& span, double& off, double& turned) {
         cut(span.low, span.high);
         const int degree = derive(part_.data(), degree_, 1, slope_.data(), dof_);
@@ -143,7 +142,7 @@ class KeptProof {
         turned = 0.125 * (turned + speed * speed) * (1.0 + rounded_);
     }
 
-    // The curve on [low, high] as one on [0, 1]: by Horner's scheme, once a power, its Taylor expansion at low.
+    // The curve on [low, high] as one on [0, 1], by its Taylor expansion at low (Horner's scheme).
     void cut(double low, double high) {
         std::copy(c_, c_ + (degree_ + 1) * dof_, part_.begin());
         for (int k = 0; k < degree_; ++k)
@@ -156,7 +155,7 @@ class KeptProof {
         }
     }
 
-    // No less than each joint's largest absolute value (dof,) on [0, 1] of a derivative on a span.
+    // Upper bounds (dof,) on the absolute value of a derivative on a span.
     void largest(const double* c, int degree, double span, double* most) {
         add_sizes(c, degree, most);
         bernstein_.assign(c, c + (degree + 1) * dof_);
@@ -168,21 +167,21 @@ class KeptProof {
         }
     }
 
-    // The sums (dof,) of the absolute values of coefficients.
+    // Sums (dof,) of the absolute values of coefficients.
     void add_sizes(const double* c, int degree, double* sums) const {
         std::fill(sums, sums + dof_, 0.0);
         for (int k = 0; k <= degree; ++k)
             for (int j = 0; j < dof_; ++j) sums[j] += std::fabs(c[k * dof_ + j]);
     }
 
-    const Keeping& keeping_;
-    const KeptBounds bounds_;
+    const PoseConstraints& constraints_;
+    const ConstraintBounds bounds_;
     const int degree_, dof_;
     std::vector<Frame> frames_;
     std::vector<double> q_, sizes_, speed_, bend_, part_, slope_, bernstein_, spare_;
     std::vector<Span> open_, halves_;
     const double *c_ = nullptr, *reach_ = nullptr, *rates_ = nullptr, *turns_ = nullptr;
-    const KeptFrame* kept_ = nullptr;
+    const ConstrainedFrame* kept_ = nullptr;
     int64_t rounds_ = 0;
 };
 
