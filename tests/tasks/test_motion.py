@@ -182,7 +182,7 @@ def test_the_waypoints_cost_what_the_plan_says(beta: float) -> None:
 
 def test_what_the_scene_keeps_is_kept_by_every_segment() -> None:
     """A mug that is never tilted by more than half a rad: not by the slanting grasp either."""
-    task = replace(SMALL, scene=replace(SCENE, keep="axis:z,0,0,-1,0.5"))
+    task = replace(SMALL, scene=replace(SCENE, constraints="axis:z,0,0,-1,0.5"))
     plan = TaskPlanner.from_task(task, nodes=200, ik_solutions=2).plan(timing=TimingRequest())
     assert plan.solved
     assert plan.trajectory is not None

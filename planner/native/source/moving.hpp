@@ -11,8 +11,8 @@ namespace planner {
 // Poses at times: between two poses the origin moves along a line and the frame turns about one axis, at constant rates;
 // before the first and after the last pose it rests.
 //
-// Of any span of time the fastest stretch and the bounding box of the origin are stored in a tree over the stretches,
-// so that it does not matter how many there are.
+// A tree over the stretches returns the largest speed and the bounding box of the origin for a span of time, in
+// logarithmic time.
 class Motion {
    public:
     struct Stretch {

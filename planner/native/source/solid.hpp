@@ -67,6 +67,7 @@ struct Solid {
     Convex hull;
     double depth = 0.0;                           // m, largest depth of the surface below the hull
     std::vector<Part> parts;                      // the first is the whole solid; a convex solid has one
+    int corners = 3;                              // of each part that is not cut: 1 in a cloud of points, 8 of boxes
     std::vector<std::unique_ptr<double[]>> kept;  // the points
 
     bool is_convex() const { return parts.size() == 1; }
@@ -100,10 +101,10 @@ struct Solid {
         return solid;
     }
 
-    // The surface of `count` triangles (9 numbers each), rounded by `radius`, with the corners of their hull, and its depth
-    // below the hull.
-    static Solid of_triangles(const double* hull_points, int hull_count, const double* triangles, int count,
-                              double depth, double radius) {
+    // The union of `count` convex sets, each the hull of `corners` points (x, y and z of each; triangles have three),
+    // rounded by `radius`, with the corners of its hull, and its depth below the hull.
+    static Solid of_surface(const double* hull_points, int hull_count, const double* triangles, int count, int corners,
+                            double depth, double radius) {
         Solid solid;
         solid.depth = depth, solid.corners = corners;
         const size_t numbers = 3 * static_cast<size_t>(corners) * count;

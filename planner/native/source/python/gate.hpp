@@ -116,7 +116,8 @@ inline auto stops_quickest(const Floats<any, 3, any>& states, const Floats<any>&
 }
 
 inline void bind_gate(nb::module_& m) {
-    nb::class_<Judgement>(m, "Judgement", "What came of a chunk; reasons, places and kinds as in source/gate.hpp.")
+    nb::class_<Judgement>(m, "Judgement",
+                          "Result of the check of a chunk; reasons, places and kinds as in source/gate.hpp.")
         .def_ro("usable", &Judgement::usable, "0: something cannot be used, and nothing else is known")
         .def_ro("pieces_made", &Judgement::count)
         .def_ro("rough", &Judgement::rough)

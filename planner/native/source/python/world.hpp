@@ -502,8 +502,10 @@ inline void bind_world(nb::module_& m) {
         .def("add_cylinder", &add_cylinder, "joint"_a, "middle"_a, "half"_a, "across"_a,
              "Add a cylinder: middle (3,), half of its axis (3,), two radii across (2, 3); return its number.")
         .def("add_surface", &add_surface, "joint"_a, "hull"_a, "triangles"_a, "depth"_a, "radius"_a = 0.0, at_work,
-             "Add the surface of triangles (m, 3, 3), with points (k, 3) of its hull, at most depth below the hull.\n\n"
-             "The hull replaces it at distances above depth (m); both are rounded by radius (m). Return its number.")
+             "Add the union of the hulls of points (m, c, 3), of triangles with c = 3, with points (k, 3) of its "
+             "hull.\n\n"
+             "It is at most depth (m) below the hull, which replaces it at larger distances; both are rounded by "
+             "radius (m). Return its number.")
         .def("take", &take, "other"_a, "item"_a,
              "Add the item of another world of the same arm, with its motion and speed limit; return its number.")
         .def("set_motion", &set_motion, "item"_a, "times"_a, "turns"_a, "shifts"_a, "axes"_a, "rates"_a, "speeds"_a,
