@@ -168,7 +168,7 @@ class Result(ABC, Generic[R]):
         self.save_page(Path(folder), self.save_without_page(Path(folder), clock, certificate), clock)
 
     def save_without_page(self, folder: Path, clock: Stopwatch | None = None, certificate: bool = False) -> R:
-        """Write all files except the page, remove those of an earlier run, and return the record, written last.
+        """Write all files except the page, remove older ones, and return the record, written last.
 
         The record has the stages of ``clock`` and those of the run.
         """

@@ -168,7 +168,7 @@ class Follower:
         return Query(checker.robot, draft.scene, checker, start, goals, ("tool path",) * len(goals))
 
     def _lower_floor(self) -> float | None:
-        """Return the highest floor with which the path is followed farther; None if the floor does not limit it."""
+        """Return the highest floor with which the path is followed farther; None if it is no limit."""
         if self.request.quality.min_manipulability <= 0:
             return None
         lower = follow_ladder(self.reached.ladder, self.checker, 0.0, self.request.quality.seed)

@@ -1,4 +1,4 @@
-"""Improve a roadmap for a request: refine its best path, search others, and add all of them to the roadmap."""
+"""Improve a roadmap for a request: refine its best path, search others, and add them."""
 
 from dataclasses import replace
 
@@ -47,7 +47,7 @@ def improve_for_all_betas(
     progress: Progress = QUIET,
     own: float = IMPROVED_AT[0],
 ) -> tuple[Roadmap, float, dict[float, Curve]]:
-    """Return the roadmap improved at each of ``IMPROVED_AT`` and at ``own``, its clearance (m), and cost curves.
+    """Return the roadmap improved at ``IMPROVED_AT`` and ``own``, its clearance (m), and cost curves.
 
     Each beta has half the rounds. Without rounds, a saved roadmap stays unchanged.
     """
@@ -67,7 +67,7 @@ def improve_for_all_betas(
 def certify_clearance(
     roadmap: Roadmap, checker: CollisionChecker, quality: SweepQuality, progress: Progress = QUIET
 ) -> tuple[Roadmap, float]:
-    """Return the roadmap with new certificates of its edges, and the clearance (m) beyond the margin of its paths.
+    """Return the roadmap with new certificates, and the clearance (m) of its paths beyond the margin.
 
     The clearance is the largest of ``quality.extra_clearance``, its half, a quarter, ... at which edges connect a start
     and a goal, above the floor if there is one; else 0. Short and well-conditioned paths graze obstacles, so all edges
@@ -100,7 +100,7 @@ def improve_roadmap(
     progress: Progress = QUIET,
     clearance: float = 0.0,
 ) -> Improvement:
-    """Run ``quality.rounds`` rounds of :func:`planner.roadmap.improve.improve` at ``beta`` from the best path.
+    """Improve the best path by :func:`planner.roadmap.improve.improve` at ``beta``.
 
     All paths keep ``clearance`` (m) beyond the margin. With a floor, the section of the path above the floor is
     improved and stays above. The roadmap is unchanged if it has no such path.
@@ -123,7 +123,7 @@ def add_path_without_dip(
     progress: Progress = QUIET,
     clearance: float = 0.0,
 ) -> Roadmap:
-    """Return the roadmap with a path whose w never falls below that of both ends, if a few rounds find one."""
+    """Return the roadmap with a path whose w is never below that of both ends, if one is found."""
     path = path_waypoints(roadmap, checker.robot, _best_nodes(roadmap, quality, quality.beta, clearance))
     rounds = min(quality.rounds, _ROUNDS_WITHOUT_DIP)
     if len(path) < 2 or rounds < 1:
@@ -158,7 +158,7 @@ def _best_nodes(roadmap: Roadmap, quality: SweepQuality, beta: float, clearance:
 
 
 def _with_proofs(roadmap: Roadmap, checker: CollisionChecker, clearance: float, progress: Progress) -> Roadmap:
-    """Prove ``clearance`` (m) of all edges whose certificate is smaller; return the roadmap with the results."""
+    """Prove ``clearance`` (m) of edges with smaller certificates; return the roadmap."""
     rows = np.flatnonzero(roadmap.clearance < clearance)
     wider = with_extra_margin(checker, clearance)
     prover = EdgeProver(wider, progress, "clearance")

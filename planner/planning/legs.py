@@ -24,7 +24,7 @@ from planner.trajectory.limits import MotionLimits
 
 @dataclass(frozen=True, eq=False)
 class Legs:
-    """The legs of a plan: ``retreats`` from its starts, ``approaches`` to its goals; empty if not requested.
+    """The legs of a plan: ``retreats`` from its starts and ``approaches`` to its goals, or empty.
 
     A leg is a chain of proven motions between an end of the plan and an end of the free motion.
     """

@@ -1,4 +1,4 @@
-"""One plan, as in the paper: a roadmap, costs, the dynamics, the path, its motion. Read this file first."""
+"""One plan, as in the paper: roadmap, costs, dynamics, path and motion. Read this file first."""
 
 from dataclasses import replace
 from typing import Any
@@ -27,7 +27,7 @@ def plan(
     progress: Progress = QUIET,
     **options: Any,
 ) -> Plan:
-    """Plan as the paper does: an RRT roadmap, costs, GABF for the cost-to-go, and the path of minimising neighbours.
+    """Plan as in the paper: RRT roadmap, costs, GABF for the cost-to-go, minimising neighbours.
 
         plan("panda", "shelf", beta=0.2).trajectory
         plan(request=PlanRequest.from_options(seed=3), nodes=200)

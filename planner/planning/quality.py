@@ -1,4 +1,4 @@
-"""Quality of a path: cost gained by refinement, lower bound, w along the path, and its worst conditioning."""
+"""Quality of a path: gain of refinement, lower bound on the cost, w along it, worst conditioning."""
 
 from dataclasses import dataclass, replace
 from typing import Self

@@ -149,7 +149,7 @@ class Plan(Result[PlanRecord]):
 
     @cached_property
     def max_error_vs_oracle(self) -> float | None:
-        """Largest error of the cost-to-go against Dijkstra's x*, relative to max(1, |x*|); None without a field."""
+        """Largest error against Dijkstra's x*, relative to max(1, |x*|); None without a field."""
         field = self.cost_to_go
         return None if field is None else gabf.max_error(field, gabf.oracle(field.network))
 
@@ -169,7 +169,7 @@ class Plan(Result[PlanRecord]):
 
     @property
     def w_along_path(self) -> tuple[Floats, Floats]:
-        """Joint motion s (n,) rad from the start and Yoshikawa's w (n,) there, every 0.01 rad; empty without a path."""
+        """Joint motion s (n,) rad and Yoshikawa's w (n,) there, every 0.01 rad; empty without a path."""
         return w_along_path(self.robot, self.path) if len(self.path) else (np.zeros(0), np.zeros(0))
 
     @property

@@ -44,7 +44,7 @@ def solve(draft: Plan, limits: MotionLimits | None, progress: Progress, clock: S
 
 
 def find_path(draft: Plan, progress: Progress, clock: Stopwatch) -> Plan:
-    """Find the path on edges that keep the plan's clearance, or on all edges if rechecks leave no such path."""
+    """Find the path on edges that keep the plan's clearance, or else on all edges."""
     request = draft.request
     with clock("costs"):
         network = build_network(draft.roadmap, request.quality.objective, draft.clearance_kept)
@@ -58,7 +58,7 @@ def find_path(draft: Plan, progress: Progress, clock: Stopwatch) -> Plan:
 
 
 def solve_and_heal(draft: Plan, network: gabf.Network, clock: Stopwatch, progress: Progress = QUIET) -> Plan:
-    """Return the plan with field and cheapest path; edges that fail a recheck are removed from its roadmap."""
+    """Return the plan with field and cheapest path; edges that fail a recheck are removed."""
     request, robot = draft.request, draft.checker.robot
     look, floor = make_recheck(draft.checker, draft.roadmap, progress=progress), request.quality.min_manipulability
     with clock("path"):
@@ -105,7 +105,7 @@ def find_earliest(plan: Plan, limits: MotionLimits, progress: Progress) -> Plan:
 
 
 def why_no_path(failed: Plan, progress: Progress = QUIET) -> NoPath | None:
-    """Return the reason of a failure: a floor that is too high, or obstacles between components; None if unknown.
+    """Return why there is no path: floor too high, or obstacles between components; None if unknown.
 
     A roadmap grown above a floor has few paths below it, so a small roadmap is grown without the floor.
     """
@@ -161,7 +161,7 @@ def make_timing_cost(plan: Plan) -> MotionCost:
 
 
 def require_earliest(request: PlanRequest, timing: TimingRequest | None = None) -> None:
-    """Raise :class:`SceneError` for options that the earliest motion among moving obstacles cannot respect."""
+    """Raise :class:`SceneError` for options that an earliest motion cannot respect."""
     timing, plain = timing or TimingRequest(), TimingRequest()
     given = {
         "--time-law": timing.time_law != plain.time_law,

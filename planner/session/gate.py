@@ -128,7 +128,7 @@ class Gate:
 def _read_chunk(
     robot: Robot, columns: tuple[Rows, Rows | None, Rows | None], times: Row, state: RobotState | None
 ) -> tuple[int, int, int, Floats]:
-    """Return counts of points, columns and rows of ``state``; and times, ``state`` and columns in one array."""
+    """Return counts of points, columns and rows of ``state``, and all numbers in one array."""
     if columns[1] is None and columns[2] is not None:
         raise ArrayError("accelerations need velocities: give both.")
     given = [numbers("positions", columns[0], ("k", robot.dof), most=FARTHEST)]

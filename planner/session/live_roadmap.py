@@ -1,4 +1,4 @@
-"""A roadmap in a world that changes: the proof of every edge is a table with a clause per pair of objects.
+"""A roadmap in a world that changes: the proof of an edge has a clause per pair of objects.
 
 An object is the arm with all its links, a carried object, or an obstacle. A clause bounds the distance of two objects
 along an edge from below. If an object moves, only its clauses lose clearance. If it leaves, only its clauses are
@@ -57,7 +57,7 @@ class EdgeChanges:
 
 @dataclass(frozen=True, eq=False)
 class EdgeProofs:
-    """``known`` (m, clauses): proven lower bound (m) on the distance of a clause's objects along an edge, less margin.
+    """``known`` (m, clauses): proven distance (m) beyond the margin of two objects along an edge.
 
     NaN is open (not decided), -inf a failed proof. An edge is free if all clauses are proven, blocked if one failed,
     else open. ``lost`` (m,): blocked when last decided. ``seen`` (m, clauses): confirmed by a second checker; a clause

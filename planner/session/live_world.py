@@ -129,7 +129,7 @@ class LiveWorld:
         q: Floats | None = None,
         margin: float = 0.02,
     ) -> None:
-        """Replace all that the sensor ``name`` has shown by what it shows now, at a ``placement`` (4, 4) in the world.
+        """Replace the data of the sensor ``name``, at a ``placement`` (4, 4) in the world.
 
         Blocks of a cloud that are as before stay the same obstacles, so that nothing near them is proven again. A depth
         image has its own placement. Where ``q`` (dof,) is given, the arm stood there, and what is within ``margin`` (m)

@@ -152,7 +152,7 @@ class Session:
         rpy: Iterable[float] | None = None,
         quaternion: Iterable[float] | None = None,
     ) -> EdgeChanges:
-        """Move the obstacle ``name`` to a ``position`` (m), turned by ``rpy`` (rad) or ``quaternion`` [x, y, z, w].
+        """Move the obstacle ``name`` to a ``position`` (m) and ``rpy`` (rad) or ``quaternion`` (x, y, z, w).
 
         Omitted values stay. A ``position`` can be a whole pose, (4, 4) or ``pinocchio.SE3``.
         """
@@ -170,7 +170,7 @@ class Session:
         q: Floats | None = None,
         margin: float = 0.02,
     ) -> EdgeChanges:
-        """Replace what the sensor ``name`` has shown by what it shows now, at a ``placement`` (4, 4) in the world.
+        """Replace the data of the sensor ``name``, at a ``placement`` (4, 4) in the world.
 
         A depth image has its own placement. Where the arm stood at ``q`` (dof,) when it was seen, what is within
         ``margin`` (m) of it is left out. Blocks of a cloud that are as before cost no proof.

@@ -159,7 +159,7 @@ def _drop_old_guests(live: LiveRoadmap) -> LiveRoadmap:
 def _attach_ends(
     live: LiveRoadmap, query: Query, planning: PlanningSettings, join: bool
 ) -> tuple[LiveRoadmap, EdgeChanges]:
-    """Link the query's ends to the roadmap, and with ``join`` grow it until they are connected; count edges.
+    """Link the query's ends to the roadmap, and with ``join`` grow it to connect them; count edges.
 
     Open edges count as free, as growth follows only after all edges are decided.
     """
@@ -250,7 +250,7 @@ def search_live(
 
 
 def prove_path(live: LiveRoadmap, steps: Ints, around_too: bool = True) -> tuple[LiveRoadmap, bool]:
-    """Prove the open edges of a path over nodes ``steps`` (k,); return the roadmap and whether the path is free.
+    """Prove open edges of a path over nodes ``steps`` (k,); return the roadmap and whether it is free.
 
     If a proof fails, ``around_too`` also proves the open edges at these nodes, for the next path.
     """

@@ -1,4 +1,4 @@
-"""The verdict on a chunk of targets: limits, a stop from every point, and one proof of all curves together.
+"""The verdict on a chunk of targets: limits, stops from all points, and one proof of all curves.
 
 A stop is proven from every safe point. Between two points the robot follows the proven polynomial piece to the next
 point and stops there, so a proven motion to rest exists at any time of the safe section.
@@ -94,7 +94,7 @@ class Chunk(NamedTuple):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Rules:
-    """Limits of a gate: ``most`` (3, dof) on derivatives, with a rounding allowance, and ``lower``, ``upper`` (dof,).
+    """Limits of a gate: ``most`` (3, dof) on derivatives, and ``lower``, ``upper`` (dof,).
 
     Infinite limits are not checked; ``unchecked`` names their kinds. ``floor`` is the least manipulability, 0 for none.
     ``start_tolerance`` (rad, rad/s, rad/s²) is the largest distance of a point at 0 s from the state.
@@ -177,7 +177,7 @@ class Guard:
         return self.checker.static_contact or (self.checker.world.contact(pair) if pair >= 0 else None)
 
     def prove_free(self, curves: Floats, spans: Floats) -> bool:
-        """Whether connected curves (m, degree + 1, dof) are proven free; ``spans`` (m, 3) are begin, duration, 0, s."""
+        """Prove connected curves (m, degree + 1, dof) free; ``spans`` (m, 3): begin, duration, 0, s."""
         if not np.abs(curves).max() <= FARTHEST or self.contact_at_start(curves[0, 0]) is not None:
             return False
         native, timed = self.checker.bound.native, spans if self.limited.any() else None
@@ -191,7 +191,7 @@ class Guard:
         return {"revision": self.revision, **judged, **conditions}
 
     def find_stops(self, knots: Floats) -> tuple[Floats, Floats, Ints]:
-        """Return stops (n, 2, 5, dof) from knots (n, 3, dof), their seconds (n, 2), and obstacles where these are 0."""
+        """Return stops (n, 2, 5, dof) from knots (n, 3, dof), their seconds (n, 2), and what prevents them."""
         rules = self.rules
         return stops_quickest(knots, RUNGS, rules.most, (rules.lower, rules.upper))
 
@@ -263,7 +263,7 @@ class Verdict:
 
     @property
     def stop(self) -> Trajectory | None:
-        """The proven motion to rest from ``safe_until``, its times from 0; never None if stops were checked and safe.
+        """The proven motion to rest from ``safe_until``, its times from 0; never None of a safe chunk.
 
         None if no point is safe and no stop is proven from the robot's state, as it is too fast or too close. For a
         check without stops one is computed now, and can be None.
@@ -278,7 +278,7 @@ class Verdict:
         return None if nearest is None else nearest.min
 
     def _stop_after(self, pieces: int) -> Trajectory | None:
-        """Return the proven motion to rest from the end of the first ``pieces``, which are safe; None if there is none.
+        """Return the proven motion to rest behind the first ``pieces``, which are safe; None for none.
 
         The check has proven stops behind safe pieces; a stop from the robot's state is proven here.
         """
@@ -370,7 +370,7 @@ def _explain(guard: Guard, judgement: Judgement, arrays: Floats) -> Violation:
 
 
 def _find_first_broken(guard: Guard, curves: Floats, on: Ints) -> tuple[int, Violation] | None:
-    """Return the first of curves (m, degree + 1, dof) without a proof of constraints and floor, and its violation.
+    """Return the first of curves (m, degree + 1, dof) without a proof of constraints and floor.
 
     ``on`` (m,) are indices of ``WHERE``.
     """

@@ -35,7 +35,7 @@ _GOALS = 8  # configurations of a goal
 
 
 def solve_pose(robot: Robot, pose: Floats, seeds: Floats, most: int, tolerance: Tolerance) -> Floats:
-    """Solve for at most ``most`` distinct configurations (k, dof) with the tool at ``pose``, best manipulability first.
+    """Return at most ``most`` distinct configurations (k, dof) with the tool at ``pose``, best w first.
 
     See :func:`planner.kinematics.inverse.solve_within`; ``seeds`` (n, dof) are its initial values.
     """
@@ -45,7 +45,7 @@ def solve_pose(robot: Robot, pose: Floats, seeds: Floats, most: int, tolerance: 
 
 
 def follow_line(robot: Robot, q: Floats, poses: Floats, tolerance: Tolerance) -> Floats | None:
-    """Return configurations (k + 1, dof) from ``q`` on with the tool at ``poses`` (k, 4, 4); None for a jump."""
+    """Return configurations (k + 1, dof) from ``q`` with the tool at ``poses`` (k, 4, 4); None for a jump."""
     path = [q]
     for pose in poses:
         ends = _solve(robot, pose, path[-1][None], tolerance)
@@ -61,7 +61,7 @@ def _solve(robot: Robot, pose: Floats, seeds: Floats, tolerance: Tolerance) -> F
 
 
 def _line_poses(rest: Floats, line: Line, forward: bool, margin: float) -> Floats:
-    """Return poses (k, 4, 4) of the tool from ``rest`` (4, 4): back along an approach, or ``forward`` on a retreat.
+    """Return tool poses (k, 4, 4) from ``rest`` (4, 4): back on an approach, or ``forward`` on a retreat.
 
     The first pose is ``RELEASE`` plus ``margin`` (m) from the rest, or at the end of a shorter line; the others are at
     most ``STEP`` apart. A line of length 0 has one pose, the rest.

@@ -130,7 +130,7 @@ def check_file(
 
 
 def _read_record(folder: Path) -> dict[str, Any]:
-    """Read the plan.json or sweep.json of a folder; return an empty dict if there is none, or another file."""
+    """Read the plan.json or sweep.json of a folder; return an empty dict without one."""
     file = next((folder / name for name in (JSON_NAME, SWEEP_NAME) if os.path.isfile(folder / name)), None)
     if file is None:
         return {}
@@ -228,7 +228,7 @@ def _require(holds: object, text: str, remedy: str = "the files are damaged, pla
 def _require_path(
     head: str, segment: Segment, motion: Trajectory | None, before: Floats | None, replay: _Replay
 ) -> None:
-    """Raise :class:`FileError` for a path that does not continue the one ``before`` it, or contradicts events."""
+    """Raise :class:`FileError` for a path that does not continue ``before``, or contradicts events."""
     path, robot, held = segment.path, replay.robot, replay.held and replay.held.name
     _require(path.shape[1] == robot.dof, f"{head} has {path.shape[1]} columns, {robot.name} has {robot.dof} joints")
     require_plausible(path, robot, head)
@@ -273,7 +273,7 @@ def _motions_of(plan: TaskPlan | TaskPlanRecord, whole: Trajectory | None) -> Se
 
 
 def _find_wrong_commands(events: Sequence[Event], robot: Robot) -> Iterator[str]:
-    """Yield faults of the gripper's commands at the end of a segment; a robot without fingers needs no command."""
+    """Yield faults of the gripper's commands at the end of a segment; without fingers none is needed."""
     kinds = [event.kind for event in events if event.kind != "gripper" or event.joints]
     if kinds not in _ORDERS and ("gripper" in kinds or complete_gripper(robot, Gripper()).closed):
         yield f"events at its end must be gripper, attach or detach, gripper; got {', '.join(kinds)}: plan again"
@@ -287,7 +287,7 @@ def _find_wrong_commands(events: Sequence[Event], robot: Robot) -> Iterator[str]
 def _find_contacts_off_rest(
     path: Floats, motion: Trajectory | None, replay: _Replay, hand: Pairs, rests: dict[int, Pairs], step: float
 ) -> Iterator[str]:
-    """Yield the first contact, on path and motion, of a pair that may touch at the rest only, off that rest."""
+    """Yield the first contact, off the rest, of a pair that may touch at the rest only."""
     strict, held = second_checker(replay.checker(hand)), replay.held
     assert held is not None
     for pieces in (straight(path[:-1], np.diff(path, axis=0)), *(() if motion is None else (motion.coefficients,))):
@@ -302,7 +302,7 @@ def _find_contacts_off_rest(
 
 
 def _measure_shift(item: Carried | Obstacle, a: Floats, b: Floats) -> Floats:
-    """Return the largest distance (n,) m of points of an item in placements ``a`` (n, 4, 4) and ``b`` (4, 4)."""
+    """Return the largest shift (n,) m of an item's points between ``a`` (n, 4, 4) and ``b`` (4, 4)."""
     points = np.where(np.indices((2, 2, 2)).reshape(3, 8).T, *reversed(bounding_box(item.shape)))
     return np.linalg.norm((a - b)[..., :3, :3] @ points.T + (a - b)[..., :3, 3:], axis=-2).max(axis=-1)
 

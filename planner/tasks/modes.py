@@ -24,7 +24,7 @@ VIOLATES = "violates"  # in place of two names: a constraint is not proven
 
 @dataclass(frozen=True)
 class Mode:
-    """Numbers of the placements of standing objects, number of the grasp of the held one, and allowed contacts."""
+    """Placements of standing objects, the grasp of the held one, by number, and allowed contacts."""
 
     standing: tuple[int, ...]
     held: int | None = None
@@ -49,7 +49,7 @@ class Placement:
 
 @dataclass(frozen=True, eq=False)
 class HeldObject:
-    """An object in the hand: the tool's pose (4, 4) in its frame, and the opening (m) of the gripper, if known.
+    """An object in the hand: the tool's pose (4, 4) in its frame, and the opening (m) of the gripper.
 
     The link of the tool and the links ``touch`` may touch it.
     """
@@ -130,7 +130,7 @@ class Modes:
         return type(self.checker)(replace(base.among(scene, robot), conditions=conditions), self.checker)
 
     def _prover(self, clause: Mode) -> EdgeProver:
-        """Return a prover of the pairs of a clause: with the standing object, and with the last body, the held one."""
+        """Return a prover of a clause's pairs: with the standing object, and with the last body, the held one."""
         if clause not in self._provers:
             checker = self._make_checker(clause, fixed=not clause.standing)
             world, last = checker.world, len(checker.world.bodies) - 1

@@ -89,7 +89,7 @@ class TaskNetwork:
         return np.split(order, np.searchsorted(self.mode[order], np.arange(1, len(self.modes))))
 
     def corners(self, motions: Motions, arc: int) -> Floats:
-        """Return the corners (k, dof) of an arc's motion from tail to head; both directions of an edge share one."""
+        """Return the corners (k, dof) of an arc's motion from tail to head."""
         corners = motions.corners(int(self.motion[arc]))
         return corners[::-1] if self.layered > self.tails[arc] > self.heads[arc] else corners
 
@@ -153,7 +153,7 @@ def build_task_network(candidates: Candidates, roadmap: Roadmap, objective: Obje
 
 
 def _connect_ends(candidates: Candidates, roadmap: Roadmap) -> dict[int, tuple[Ints, Ints, Ints, Ints]]:
-    """Return by id of a candidate: neighbours of its first corner and motions from them; and of its last corner."""
+    """Return by id of a candidate: neighbours of its first and last corner, and the motions between."""
     listed = [one for step in candidates.steps for ones in step.values() for one in ones]
     flat, robot, motions = (
         np.concatenate([one.ends for one in listed]),
@@ -286,7 +286,7 @@ class LazySearch:
         return not self.refused[arcs].any() and self._looks_free(arcs)
 
     def _prove_more(self, clause: Mode, mode: int, arcs: Ints) -> None:
-        """Prove all motions of a mode in a clause that has refused some ``arcs``, or if many, those at their nodes."""
+        """Prove a mode's motions in a clause that refused some ``arcs``, or if many, those at their nodes."""
         net, mine = self.tasks, self.tasks.of_mode[mode]
         mine = mine[(self.modes.known(clause)[net.motion[mine]] == OPEN) & ~self.refused[mine]]
         if len(mine) > _AT_ONCE:

@@ -1,4 +1,4 @@
-"""Plan one task: candidates, roadmap, network over all modes, field and proven path. Read this file first."""
+"""Plan one task: candidates, roadmap, network of modes, field, proven path. Read this file first."""
 
 from __future__ import annotations
 
@@ -67,7 +67,7 @@ def task(
 
 @dataclass(eq=False)
 class TaskPlanner:
-    """A task with its candidates, roadmap and network, which do not depend on beta or the start of the arm.
+    """A task with candidates, roadmap and network, which do not depend on beta or the start.
 
     task_planner = planner.TaskPlanner.from_task("task.yaml")
     task_planner.plan(beta=0.2), task_planner.plan(start=q), task_planner.intervals()
@@ -198,7 +198,7 @@ def _modes(what: Task, scene: Scene, request: TaskRequest, progress: Progress) -
 
 
 def _ends(candidates: Candidates, modes: Modes) -> Floats:
-    """Return goals of the roadmap's growth: ends of lines of all steps, and goals of moves; free configurations."""
+    """Return goals of the roadmap's growth: free ends of lines of all steps, and goals of moves."""
     chosen = []
     for step in sorted(candidates.steps, key=lambda step: NO_OBJECT not in step):  # moves first
         listed = [one for ones in step.values() for one in ones]
@@ -209,7 +209,7 @@ def _ends(candidates: Candidates, modes: Modes) -> Floats:
 
 
 def explain_failure(candidates: Candidates, search: LazySearch | None) -> StepFails:
-    """Return the reason of a failure: the first step without candidates, or the one that no path completes."""
+    """Return the reason of a failure: a step without candidates, or one that no path completes."""
     dead = candidates.dead_end
     number = dead if dead is not None else search.blocking_step() if search is not None else 0
     number = min(number, len(candidates.task.steps) - 1)

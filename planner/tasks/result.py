@@ -163,7 +163,7 @@ class TaskPlanRecord(RunRecord):
 
 @dataclass(frozen=True, eq=False, repr=False)
 class TaskPlan(Result[TaskPlanRecord]):
-    """The plan of a task; without one, ``segments`` and ``events`` are empty and ``reason`` explains the failure.
+    """The plan of a task; after a failure ``segments`` and ``events`` are empty, and ``reason`` is set.
 
     ``cost`` is that of the path over the roadmaps, by eq. (finew); ``cost_to_go`` the field over all nodes of
     ``network``. ``trajectory`` is one motion of all segments, at rest while a gripper moves; None without times.

@@ -36,7 +36,7 @@ _STEPS = np.array([1.2207440846057596**-k for k in (1, 2, 3)])  # of an additive
 
 
 def tool_at(position: Floats, approach: Floats, closing: Floats) -> Floats:
-    """Return the pose (4, 4) of a tool with z along ``approach`` and y along ``closing``, both unit, orthogonal."""
+    """Return the pose (4, 4) of a tool with z along ``approach`` and y along ``closing``, orthonormal."""
     matrix = np.array(pose(position.tolist()))
     matrix[:3, :3] = np.column_stack([np.cross(closing, approach), closing, approach])
     return matrix
@@ -70,7 +70,7 @@ def tool_poses(grasp: Grasp) -> Iterator[Floats]:
 
 
 def generate_grasps(name: str, shape: Shape, opening: float | None) -> list[HeldObject]:
-    """Return at most ``MOST`` grasps of a shape by a gripper of ``opening`` (m); None is a tool that only touches.
+    """Return at most ``MOST`` grasps of a shape by a gripper of ``opening`` (m), None for a plain tool.
 
     Grasps of boxes are between two opposite faces, those of cylinders and capsules across their axis and from their
     ends, those of spheres from all directions. Raises :class:`TaskError` for wider shapes and for meshes.
@@ -181,7 +181,7 @@ def extent(shape: Shape, rotation: Floats) -> tuple[Floats, Floats]:
 
 
 def place_in_region(item: Obstacle, step: Place, boards: Iterable[Obstacle], margin: float) -> list[Placement]:
-    """Return placements of an object on the top of a box, upright as in the scene and turned about the vertical.
+    """Return placements of an object on a box, upright as in the scene and turned about the vertical.
 
     The object lies within the region, ``GAP`` beyond the margin above the top. Raises :class:`TaskError` for a region
     that is not on a level top, or smaller than the object.
@@ -211,7 +211,7 @@ def place_in_region(item: Obstacle, step: Place, boards: Iterable[Obstacle], mar
 
 
 def _level_top(name: str, boards: list[Obstacle], low: Floats, high: Floats) -> float:
-    """Return the height (m) of a box's top; :class:`TaskError` if it is not level, or smaller than the region."""
+    """Return the height (m) of a box's top; :class:`TaskError` if not level, or smaller than the region."""
     board = next((each for each in boards if each.name == name), None)
     if board is None:
         names = [each.name for each in boards]
@@ -230,14 +230,14 @@ def _level_top(name: str, boards: list[Obstacle], low: Floats, high: Floats) -> 
 
 
 def make_placement(item: Obstacle, at: Floats, among: CollisionChecker, others: tuple[Obstacle, ...] = ()) -> Placement:
-    """Return the placement of an object at ``at`` (4, 4); its supports are contacts if it is ``REST`` lower."""
+    """Return the placement of an object at ``at`` (4, 4); supports touch it ``REST`` lower."""
     lower = np.array(at)
     lower[2, 3] -= REST + among.world.margin
     return Placement(item.name, np.array(at), _find_touching(item, lower, among, others))
 
 
 def place_at(item: Obstacle, at: Floats, among: CollisionChecker) -> Placement:
-    """Return the placement at a pose; :class:`TaskError` for a pose inside an obstacle, or without support."""
+    """Return the placement at a pose; :class:`TaskError` inside an obstacle, or without support."""
     where, placement = ", ".join(f"{value:g}" for value in at[:3, 3]), make_placement(item, at, among)
     lifted = np.array(at)
     lifted[2, 3] += GAP + among.world.margin

@@ -79,7 +79,7 @@ class Segment(Record):
 
 @dataclass(frozen=True)
 class Event(Record):
-    """An event at the end of a ``segment`` (from 0): ``link`` grasps or releases ``object``, or a gripper moves."""
+    """An event at the end of a ``segment`` (from 0): a grasp, a release, or a motion of the gripper."""
 
     t: Number | None
     """s of the joined motion; null without times"""
@@ -171,7 +171,7 @@ def off_rest(motion: Trajectory, path: Floats, part: str) -> Trajectory:
 def join(
     segments: Sequence[Segment], modes: Sequence[Mode], motions: Sequence[Trajectory] | None, candidates: Candidates
 ) -> tuple[list[Segment], list[Event], Trajectory | None]:
-    """Join the motions of segments, with rests while a gripper moves; return segments, events and the motion.
+    """Join motions of segments, at rest while a gripper moves; return segments, events and the motion.
 
     Without motions, times are None.
     """

@@ -31,7 +31,7 @@ class TaskError(SceneError, ValueError):
 
 @dataclass(frozen=True)
 class Line:
-    """A straight motion of the tool by ``distance`` (m) along ``axis`` of the tool's frame at rest, or of the world.
+    """A straight motion of the tool by ``distance`` (m) along ``axis`` in the ``frame`` of tool or world.
 
     The default axis depends on the step: the tool's z to a grasp and upwards off it, downwards to a placement and
     against the tool's z off it. In a file, a number is a distance.
@@ -115,7 +115,7 @@ def _read_poses(_: Any, handler: Any) -> core_schema.CoreSchema:
 
 @dataclass(frozen=True, eq=False)
 class Place:
-    """Place ``object`` ``on`` a box, between corners ``at`` (x, y) of the world, or at one of the poses ``pose``.
+    """Place ``object`` ``on`` a box between world corners ``at`` (x, y), or at one of the poses ``pose``.
 
     The planner tries ``samples`` placements in that region, with the object upright as in the scene and turned about
     the vertical. ``pose`` are placements (4, 4) of the object. The tool moves along ``approach`` to the placement and
