@@ -4,7 +4,10 @@ from __future__ import annotations
 
 import importlib
 import json
+import subprocess
 import sys
+import tempfile
+import time
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from functools import cache, partial
@@ -14,7 +17,6 @@ from typing import Annotated, Any
 import numpy as np
 import tyro
 
-from benchmarks.processes import run_case
 from benchmarks.results import ResultsFile, Row
 from benchmarks.text import markdown_table, percentile
 from planner.base import resources
@@ -159,27 +161,45 @@ def _fill(measure: Callable[[Any, Progress], Any], case: Case, progress: Progres
 def measure_apart(
     module: str, options: Columns, progress: Progress, time_limit: float | None = None, seconds: str = ""
 ) -> Any:
-    """The answer of ``module.measure(**options)`` in a process of its own; None where it was stopped.
+    """Return ``module.measure(**options)`` of a process of its own; None where ``progress`` stopped it.
 
-    A process that fails or is killed after ``time_limit`` (s) gives the columns ``outcome`` and ``message``. Columns
-    get the seconds of the process under the name ``seconds``, if that is given.
+    A process that fails, or runs for more than ``time_limit`` (s), gives the columns ``outcome`` and ``message``.
+    ``seconds`` names a column for the seconds of the process.
     """
-    ended, found = run_case("benchmarks.bench", {"module": module, "options": options}, progress, time_limit)
-    if ended.over_time:
-        found = {"outcome": TIMED_OUT, "message": f"killed after {time_limit:g} s; raise --time-limit."}
-    elif ended.code is None:
-        return None
-    elif found is None:
-        found = {"outcome": CRASHED, "message": ended.fault}
-    return found | {seconds: ended.seconds} if seconds else found
+    begin, stopped, late = time.perf_counter(), False, False
+    with tempfile.TemporaryDirectory() as folder:
+        out = Path(folder) / "columns.json"
+        command = [sys.executable, "-m", "benchmarks.bench", str(out), module, json.dumps(options)]
+        with subprocess.Popen(
+            command, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, start_new_session=True
+        ) as process:
+            while True:
+                try:
+                    lines = process.communicate(timeout=0.1)[1].decode(errors="replace").strip().splitlines()
+                    break
+                except subprocess.TimeoutExpired:
+                    late = time_limit is not None and time.perf_counter() - begin > time_limit
+                    if late or progress.stopped:
+                        process.kill()
+                        stopped = True
+        took = time.perf_counter() - begin
+        if late:
+            columns = {"outcome": TIMED_OUT, "message": f"killed after {time_limit:g} s; raise --time-limit."}
+        elif stopped:
+            return None
+        elif process.returncode:
+            message = f"the process ended with code {process.returncode}: {lines[-1] if lines else ''}"
+            columns = {"outcome": CRASHED, "message": message}
+        else:
+            columns = json.loads(out.read_text())
+    return columns | {seconds: took} if seconds else columns
 
 
-def main(out: str, asked: str) -> None:
-    """Measure in this process, and write the answer."""
+def main(out: str, module: str, options: str) -> None:
+    """Measure in this process, and write the columns."""
     importlib.import_module("scipy.sparse.csgraph")  # before a clock starts
-    values = json.loads(asked)
-    found = importlib.import_module(values["module"]).measure(**values["options"])
-    write_whole(Path(out), json.dumps(found, allow_nan=False).encode())
+    columns = importlib.import_module(module).measure(**json.loads(options))
+    write_whole(Path(out), json.dumps(columns, allow_nan=False).encode())
 
 
 def require_left_to_problems(plain: PlanRequest, *more: str) -> None:
@@ -257,9 +277,11 @@ def ratio(value: float | None, base: float | None) -> float | None:
     return None if value is None or not base else value / base
 
 
-def at_most(sentence: str, value: float | None, limit: float) -> Verdict:
-    """Whether a single value is within a limit; of 0 where there is no value."""
-    return tally(sentence, [] if value is None else [value <= limit], "" if value is None else f"It is {value:.3g}.")
+def at_most(sentence: str, value: float | None, limit: float | None) -> Verdict:
+    """Return the verdict on a value with a limit; it is about no case where one of them is None."""
+    if value is None or limit is None:
+        return tally(sentence, [], "")
+    return tally(sentence, [value <= limit], f"It is {value:.3g}, {limit:.3g} at most.")
 
 
 def growth_exponent(points: Iterable[tuple[float, float | None]]) -> float | None:

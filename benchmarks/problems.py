@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from planner.base.errors import FileError
 from planner.batch.run import Task, read_plans
@@ -40,3 +42,10 @@ def find_problems(folder: Path) -> list[Problem]:
         Problem(task.name, str(task.request.what.scene), Path(str(task.request.what.motion_plan_request)))
         for task in tasks
     ]
+
+
+def read_request(options: Mapping[str, Any]) -> PlanRequest:
+    """Return the request whose ``config()`` these options are."""
+    return PlanRequest.from_options(
+        **{"motion_plan_request" if name == "request" else name: value for name, value in options.items()}
+    )

@@ -19,7 +19,7 @@ from benchmarks.others.elsewhere import ROBOPLAN, answer_of
 from benchmarks.others.exchange import describe_problem
 from benchmarks.others.ompl import OmplConnect
 from benchmarks.others.roboplan_law import roboplan_motion, time_by_roboplan_elsewhere
-from benchmarks.processes import plan_request
+from benchmarks.problems import read_request
 from benchmarks.roadmap.case import plain_check
 from planner.base.arrays import Floats
 from planner.base.errors import PlannerError
@@ -51,7 +51,7 @@ class _Found:
 
 def measure(method: str, python: str, request: Columns, motion: Columns, seconds: float) -> Columns:
     """The columns of one row; ``python`` runs methods of other environments."""
-    plain, asked = plan_request(request), LimitsRequest(**motion)
+    plain, asked = read_request(request), LimitsRequest(**motion)
     try:
         query = make_query(plain.what)
         limits = MotionLimits.from_robot(query.robot, asked)

@@ -59,21 +59,15 @@ def aims(rows: Sequence[bench.Row]) -> tuple[bench.Verdict, ...]:
         bench.tally("No motion of ours exceeds a limit.", (_within(row) for row in solved), ""),
         *(_quick(f"In the median {what} takes {most:g} s or less.", timed, name, most) for name, most, what in _GOALS),
         _quick(f"From problem to motion it is {_TOTAL:g} s or less in the median.", timed, "total_s", _TOTAL),
-        _at_most(f"It is {_LATE:g} s or less in {_SHARE_LATE:g} %.", late, _LATE),
+        bench.at_most(f"It is {_LATE:g} s or less in {_SHARE_LATE:g} %.", late, _LATE),
         _quick(f"With the whole roadmap, refined, it is {_WHOLE:g} s or less in the median.", whole, "total_s", _WHOLE),
-        _at_most(f"Motions take {_DURATION:g} s or less in the mean.", _mean(timed), _DURATION),
-        _at_most("They are no longer than roboplan's on the same problems, in the mean.", *durations),
+        bench.at_most(f"Motions take {_DURATION:g} s or less in the mean.", _mean(timed), _DURATION),
+        bench.at_most("They are no longer than roboplan's on the same problems, in the mean.", *durations),
     )
 
 
 def _quick(sentence: str, rows: Sequence[bench.Row], name: str, most: float) -> bench.Verdict:
-    return _at_most(sentence, median(getattr(row, name) for row in rows), most)
-
-
-def _at_most(sentence: str, value: float | None, most: float | None) -> bench.Verdict:
-    if value is None or most is None:
-        return bench.tally(sentence, [], "")
-    return bench.tally(sentence, [value <= most], f"{value:.3g} s, {most:.3g} s at most.")
+    return bench.at_most(sentence, median(row.get(name) for row in rows), most)
 
 
 def _within(row: bench.Row) -> bool:

@@ -29,7 +29,6 @@ from benchmarks import bench
 from benchmarks.first_motion.report import OMPL, OURS, WHOLE, aims, fault, tables
 from benchmarks.others.elsewhere import environments
 from benchmarks.problems import find_problems
-from benchmarks.processes import plain_options
 from planner.base.errors import OptionError
 from planner.base.progress import Progress
 from planner.problem.request import LimitsRequest, PlanRequest, RoadmapRequest
@@ -74,7 +73,7 @@ def first_motion(
         names = "problem method seed robot collision limits seconds content"
         row = bench.make_settings(names, problem.name, method, *settings, problem.content(request))
         options = {"method": method, "python": methods[method], "seconds": seconds}
-        options |= {"request": plain_options(problem.asked(request)), "motion": bench.plain_limits(limits)}
+        options |= {"request": problem.asked(request).config(), "motion": bench.plain_limits(limits)}
         cases.append(bench.Case((row,), options))
     return bench.run_bench(BENCH, out, cases, _measure)
 

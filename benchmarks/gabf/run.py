@@ -130,4 +130,4 @@ def aims(rows: Sequence[bench.Row]) -> tuple[bench.Verdict, ...]:
     )
 
 
-BENCH = bench.Bench("gabf", bench.Row, __doc__, tables, aims)
+BENCH = bench.Bench("gabf", __doc__, tables, aims)

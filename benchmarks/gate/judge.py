@@ -107,7 +107,7 @@ def stops_of(chunk: Chunk, verdict: Verdict) -> list[Spline] | None:
 
 def possible_stops(verdict: Verdict) -> list[Spline] | None:
     """The stops that limits allow from every target on, proven or not; None where one has none."""
-    pieces, seconds, _ = verdict._guard.stops_from(verdict._run().knots[1:])
+    pieces, seconds, _ = verdict._guard.find_stops(verdict._run().knots[1:])
     if not seconds[:, 1].all():
         return None
     return [

@@ -190,4 +190,4 @@ def aims(rows: Sequence[bench.Row]) -> tuple[bench.Verdict, ...]:
     )
 
 
-BENCH = bench.Bench("gate", bench.Row, __doc__, tables, aims, must_hold=True)
+BENCH = bench.Bench("gate", __doc__, tables, aims, must_hold=True)

@@ -137,4 +137,4 @@ def aims(rows: Sequence[bench.Row]) -> tuple[bench.Verdict, ...]:
     return tuple(found)
 
 
-BENCH = bench.Bench("optimum", bench.Row, __doc__, tables, aims)
+BENCH = bench.Bench("optimum", __doc__, tables, aims)

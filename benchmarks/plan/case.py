@@ -12,7 +12,7 @@ from benchmarks.memory import peak_memory
 from benchmarks.others.ompl import OmplPaths
 from benchmarks.others.roboplan_law import roboplan_law
 from benchmarks.others.toppra_law import installed, toppra_duration
-from benchmarks.processes import plan_request
+from benchmarks.problems import read_request
 from planner.base.arrays import Floats
 from planner.base.errors import PlannerError
 from planner.base.progress import Progress
@@ -40,7 +40,7 @@ Columns = dict[str, Any]
 
 def measure(method: str, request: Columns, limits: Columns, seconds: float, python: str | None = None) -> Columns:
     """The columns of one row: by ``method``, ours or OMPL's; input that the planner refuses is a row like any other."""
-    asked = plan_request(request)
+    asked = read_request(request)
     try:
         if method == OURS:
             return _ours(asked, LimitsRequest(**limits), python)

@@ -35,7 +35,6 @@ from benchmarks import bench
 from benchmarks.plan.case import OURS
 from benchmarks.plan.report import fault, group, tables
 from benchmarks.problems import Problem, find_problems
-from benchmarks.processes import plain_options
 from planner.base.errors import OptionError
 from planner.base.progress import Progress
 from planner.problem.request import LimitsRequest, PlanRequest
@@ -87,7 +86,7 @@ def plan(
     for problem, request, method in itertools.product(problems, asked, (OURS, *planners)):
         row = _blank(problem, request, method, limits, f"{seconds:g} s", words, time_limit)
         options = {"method": method, "seconds": seconds, "python": python}
-        options |= {"request": plain_options(problem.asked(request)), "limits": bench.plain_limits(limits)}
+        options |= {"request": problem.asked(request).config(), "limits": bench.plain_limits(limits)}
         cases.append(bench.Case((row,), options))
     return bench.run_bench(BENCH, out, cases, partial(_measure, time_limit=time_limit), workers)
 

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from benchmarks.looks import other_checker, path_contacts
-from benchmarks.processes import plan_request
+from benchmarks.problems import read_request
 from planner import gabf
 from planner.base.arrays import Floats
 from planner.base.errors import PlannerError
@@ -32,7 +32,7 @@ Answer = Callable[[Query], tuple[Floats, float]]
 
 def measure(method: str, tasks: Sequence[tuple[str, str]], request: Columns) -> list[Columns]:
     """Return the columns of each task (start, goal); ``request`` holds the other options."""
-    plain = plan_request(request)
+    plain = read_request(request)
     requests = [plain.with_options(start=start, goal=goal) for start, goal in tasks]
     try:
         queries = [make_query(one.what) for one in requests]

@@ -29,14 +29,3 @@ another one, so seconds compare poorly. Work: theirs are queries on 8 regions ma
 on a PRM of 15,000 samples made in 16 min, which are not counted; ours are whole plans, except on the saved roadmap.
 Proof: GCS uses regions that were not certified, PRM samples its edges every 0.02 rad; ours proves every motion. GCS
 minimises length only, in regions that cover part of free space: a shorter path of ours may leave them."""
-
-MISSING = (
-    "The 700 MotionBenchMaker problems for each robot: archives of a repository and of a web server, in no package. "
-    "Any folder of them runs with `python -m benchmarks plan FOLDER`.",
-    "Robometrics and Motion Policy Networks (Panda): pickled problems in a repository, in no package.",
-    "Manipulability: F. Marić et al., Manipulability maximization using continuous-time Gaussian processes, 2018; "
-    "F. Marić et al., A Riemannian metric for geometry-aware singularity avoidance, 2021; A. Gil Aparicio, J. Valls "
-    "Miro, An efficient stochastic constrained path planner for redundant manipulators, 2021; J. Haviland, P. Corke, "
-    "NEO, 2021. They follow given tool paths or react to a goal, and no files with their scenes and states are public.",
-)
-"""Published problems that are not available as a package."""

@@ -12,7 +12,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from benchmarks import bench
-from benchmarks.tables.published import GCS_TASKS, LENGTHS_RAD, MISSING, SECONDS, SOURCE
+from benchmarks.tables.published import GCS_TASKS, LENGTHS_RAD, SECONDS, SOURCE
 from benchmarks.text import markdown_table
 from planner.batch.run import SOLVED
 
@@ -24,7 +24,7 @@ def tables(rows: Sequence[bench.Row]) -> list[str]:
     lines += _columns("seconds", rows, "seconds", SECONDS)
     lines += [f"- The saved roadmap took {row.build_s:.3g} s more." for row in rows if row.build_s is not None][:1]
     lines += ["", *_columns("w, least", rows, "w_min"), *_columns("w, mean", rows, "w_mean"), f"Source. {SOURCE}", ""]
-    return [*lines, "## Problems that were not available", "", *(f"- {text}" for text in MISSING), ""]
+    return lines
 
 
 def _columns(

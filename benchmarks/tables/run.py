@@ -34,7 +34,7 @@ def tables(
 ) -> int:
     """Plan the five tasks of the GCS paper on the iiwa 14, and print the published numbers with ours.
 
-    Writes tables.csv and tables.md, which names the sources, the differences, and problems that were not available.
+    Writes tables.csv and tables.md, which names the source and the differences.
 
     Args:
         nodes: Configurations in the roadmaps.

@@ -142,4 +142,4 @@ def _dearer(row: bench.Row) -> float | None:
     return row.greedy_cost / row.cost - 1 if row.greedy_cost and row.cost else None
 
 
-BENCH = bench.Bench("tasks", bench.Row, __doc__, tables)
+BENCH = bench.Bench("tasks", __doc__, tables)

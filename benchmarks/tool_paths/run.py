@@ -239,4 +239,4 @@ def _compare_with_roboplan(rows: Sequence[bench.Row]) -> list[str]:
     return [said, "", *markdown_table(header, lines)]
 
 
-BENCH = bench.Bench("tool-paths", bench.Row, __doc__, tables, aims)
+BENCH = bench.Bench("tool-paths", __doc__, tables, aims)

@@ -113,4 +113,4 @@ def aims(rows: Sequence[bench.Row]) -> tuple[bench.Verdict, ...]:
     return (bench.tally(f"A plan costs at most {_MOST:g} of the sweep's path at its beta.", held, ""),)
 
 
-BENCH = bench.Bench("tradeoff", bench.Row, __doc__, tables, aims, must_hold=True)
+BENCH = bench.Bench("tradeoff", __doc__, tables, aims, must_hold=True)

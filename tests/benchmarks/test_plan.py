@@ -59,7 +59,7 @@ def test_another_limit_and_a_changed_problem_are_measured_anew(folder: Path, tmp
 
 
 def test_a_crash_is_a_row(folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("benchmarks.processes.json.dumps", lambda value, **more: "{")
+    monkeypatch.setattr("benchmarks.bench.json.dumps", lambda value, **more: "{")
     (row,) = rows_of(folder, tmp_path / "out")
     assert row.outcome == CRASHED
     assert "JSONDecodeError" in row.message

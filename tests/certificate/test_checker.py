@@ -10,7 +10,9 @@ from planner.certificate.geometry import extract_geometry, split_shapes
 from planner.collision.world import World
 from planner.kinematics.forward import Chain, joint_placements, tool_joint
 from planner.robot.scene import Scene
-from tests.worlds import ROBOTS, load, random_q
+from tests.worlds import load, random_q
+
+ROBOTS = ("planar_2r", "panda", "ur5", "kinova")
 
 NO_PAIRS: frozenset[frozenset[str]] = frozenset()
 

@@ -6,14 +6,12 @@ import io
 import itertools
 import re
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 import pytest
 
 import planner
 from planner import figures
-from planner.base.errors import OptionError
 from planner.collision.recheck import Clearance
 from planner.kinematics.manipulability import manipulability
 from planner.planning.result import Plan
@@ -80,17 +78,6 @@ def test_the_motion_is_drawn_against_each_joints_limits(timed: Plan) -> None:
         assert low < ends.min() < ends.max() < high
     units = [re.findall(r"\((.*)\)", axes.get_ylabel())[0] for axes in figure.axes]
     assert units == ["rad", "rad/s", "rad/s²", "rad/s³"]
-
-
-def test_each_refusal_says_what_to_do(solved: Plan) -> None:
-    for draw in (figures.motion, figures.manipulability, figures.clearance):
-        refused: Any = draw
-        with pytest.raises(OptionError, match=r"planner\.time_path"):
-            refused(solved) if draw is figures.motion else refused(solved, over="time")
-    with pytest.raises(OptionError, match=r"checker=planner\.make_checker"):
-        figures.manipulability(solved.path)
-    with pytest.raises(OptionError, match="leave it out"):
-        figures.manipulability(np.zeros((0, solved.robot.dof)), checker=solved.checker)
 
 
 def test_a_saved_figure_has_the_fonts_that_journals_take(solved: Plan) -> None:

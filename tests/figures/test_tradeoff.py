@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any
 
@@ -68,23 +67,3 @@ def test_over_beta_the_least_cost_is_that_of_all_paths_at_every_beta() -> None:
     assert np.interp(betas, *best) == pytest.approx(least, rel=1e-12)
     drawn = [data(line) for line in figure.axes[0].get_lines()[:3]]
     assert [line[:, 1].tolist() for line in drawn] == [[1.0, omega_d[1]] for omega_d in POINTS.tolist()]
-
-
-def test_over_beta_every_row_has_the_numbers_of_the_betas_path() -> None:
-    numbers = [{"duration": 3.0 - k, "w_min": 0.1 * k, "clearance": 0.01 + k} for k in range(3)]
-    timed = tradeoff(*(replace(item, **own) for item, own in zip(THREE, numbers, strict=True)))
-    figure = figures.over_beta(timed)
-    require_labels(figure)
-    assert [axes.get_ylabel().split(" (")[0] for axes in figure.axes] == [
-        "cost",
-        "duration",
-        "smallest $w$",
-        "clearance",
-    ]
-    for axes, name in zip(figure.axes[1:], ("duration", "w_min", "clearance"), strict=True):
-        x, y = lines(axes)["the best path"]
-        for item, own in zip(timed.intervals, numbers, strict=True):
-            inside = (x >= item.beta_min) & (x <= item.beta_max) & (y == own[name])
-            assert x[inside].tolist() == [item.beta_min, item.beta_max]
-        low, high = axes.get_ylim()
-        assert y.max() < high - 0.05 * (high - low)

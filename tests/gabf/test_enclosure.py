@@ -5,9 +5,6 @@ import pytest
 from scipy.special import betainc
 
 from planner import gabf
-from planner.gabf import enclosure
-from planner.gabf.enclosure import Side, limit
-from planner.gabf.problem import reduce_network
 
 from . import judge
 from .networks import chain, from_arcs, scattered, solve
@@ -97,45 +94,6 @@ def test_a_user_kernel_of_slope_above_one_is_enclosed():
         result = solve(net, x0=start, settle_tolerance=1e-6)
         fine = solve(net, x0=start, solver=gabf.Splitting(1e-5), settle_tolerance=1e-6).estimated_tau
         assert result.settling_within(0.1)[0] <= fine <= result.settling_tau_bracket[1]
-
-
-def both_sides(net, result):
-    """The upper and the lower one of a run."""
-    problem, y_star = reduce_network(net), gabf.oracle(net)
-    y0, y_star = problem.pack(result.x0), problem.pack(y_star)
-    flow, bounds = result.law.flow, result.premises
-    return [Side(problem, flow, y0, bounds, upper, limit(problem, y0, y_star, upper)) for upper in (True, False)]
-
-
-@pytest.mark.parametrize("sweeps", [32, 0], ids=["as guessed", "as fast as the fastest"])
-@pytest.mark.parametrize("seed", range(300, 306))
-def test_states_stay_between_the_sides(monkeypatch, seed, sweeps):
-    monkeypatch.setattr(enclosure, "_SWEEPS", sweeps)
-    law, net, x0 = draw(seed, 12)
-    result, problem = solve(net, law, x0), reduce_network(net)
-    spread = np.ptp(x0) + np.ptp(result.x) + 1.0
-    pair = both_sides(net, result)
-    for tau in np.linspace(0.0, 1.2, 13)[1:] * result.settling_tau:
-        x = solve(net, law, x0, gabf.Splitting(1e-3), until_tau=tau).x
-        for side in pair:
-            step = (tau - side.tau) / 64
-            for _ in range(64):
-                side.step(step)
-            assert (side.sign * (side.y - problem.pack(x)) >= -1e-3 * spread).all()
-
-
-@pytest.mark.parametrize("upper", [True, False])
-def test_no_run_goes_beyond_the_limit_which_is_the_optimum_for_starts_on_the_other_side_of_it(upper):
-    net = scattered(60, seed=4)
-    problem, x_star = reduce_network(net), gabf.oracle(net)
-    y_star = problem.pack(x_star)
-    mixed = x_star + np.random.default_rng(4).uniform(-1.0, 1.0, 60)
-    beyond = limit(problem, problem.pack(mixed), y_star, upper)
-    run = solve(net, x0=mixed, save_every=1).history.x
-    sign = 1.0 if upper else -1.0
-    assert (sign * (beyond - run[:, problem.nodes]) >= -1e-12).all()
-    inside = problem.pack(x_star - 0.5 * sign)
-    np.testing.assert_array_equal(limit(problem, inside, y_star, upper), y_star)
 
 
 def test_the_date_that_is_told_lies_in_its_bracket():

@@ -19,29 +19,6 @@ def test_arcs_of_sources_and_of_what_reaches_none_are_left_out():
     assert problem.hops.tolist() == [1, 1, 2]
 
 
-@pytest.mark.parametrize("kernel", [gabf.TradeOff(0.5), gabf.Multiplicative(K=20.0)], ids=lambda k: type(k).__name__)
-def test_minima_and_climbs_are_those_of_a_plain_loop(kernel):
-    net = scattered(60, seed=3, kernel=kernel)
-    problem = reduce_network(net)
-    x = np.random.default_rng(0).random(60)
-    y = problem.pack(x)
-    x[net.sources] = net.source_values
-    values = net.arcs(x[net.indices])
-    expected = [values[problem.arc_ids[problem.owners == row]].min() for row in range(problem.n_rows)]
-    assert np.array_equal(problem.parent_values(y), expected)
-    hops = np.concatenate([problem.hops, np.zeros(len(net.sources), dtype=int)])
-    for k in range(1, problem.most_hops + 1):
-        down = [
-            min(
-                float(problem.arcs.take(np.array([a]))(np.array([0.3]))[0])
-                for a in np.flatnonzero(problem.owners == row)
-                if hops[problem.heads[a]] == k - 1
-            )
-            for row in np.flatnonzero(problem.hops == k)
-        ]
-        assert problem.hop_bound(k, 0.3) == pytest.approx(max(down), rel=1e-12)
-
-
 @pytest.mark.parametrize("seed", range(5))
 def test_the_overestimate_is_strict_and_infinite_only_where_unreachable(seed):
     net = scattered(50, seed=seed, degree=2)

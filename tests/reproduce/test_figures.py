@@ -7,7 +7,7 @@ import pytest
 
 from planner import gabf
 from reproduce.example import nine_node
-from reproduce.figures import beta_costs, exponent_summary, nine_node_graph, node_histories
+from reproduce.figures import beta_costs, exponent_summary, nine_node_graph
 from tests.figures.panels import data, lines, require_labels
 
 
@@ -45,22 +45,3 @@ def test_costs_against_beta_are_medians_with_every_roadmap_behind() -> None:
     assert [data(line)[1].tolist() for line in grey] == distance.tolist()
     assert lines(right)["$\\Omega$, paper"][1].tolist() == [0.1, 1, 1]
     assert lines(right)["$D$, ours (median)"][1] == pytest.approx([2.0, 1.75, 1.0])
-
-
-T = np.linspace(0.0, 2.0, 5)
-HISTORY = (T, np.array([3.0, 1.0, 0.1, 0.0, 0.0]), np.array([-4.0, -2.0, -1.0, 0.0, 0.0]))
-
-
-def test_a_nodes_error_and_input_stand_beside_each_other() -> None:
-    figure = node_histories([("h = 1", {"one": HISTORY, "two": HISTORY}), ("h = 2", {"one": HISTORY})], 3, 4.0)
-    parts: Any = figure.subfigs
-    assert len(parts) == 2
-    errors, sizes, inputs = parts[0].axes
-    shown = lines(errors)
-    assert set(shown) == {"one", "two"}
-    np.testing.assert_array_equal(shown["one"], [[*T, 4.0], [3.0, 1.0, 0.1, 0.0, 0.0, 0.0]])
-    assert data(sizes.get_lines()[0])[1].min() == 1e-10, "zero has no place on a log axis"
-    assert data(inputs.get_lines()[0])[1, 0] == -4.0
-    assert "x_{3}" in errors.get_ylabel()
-    assert "(km/s)" in inputs.get_ylabel()
-    assert errors.get_xlim()[1] <= 4.0

@@ -47,21 +47,6 @@ def test_joints_that_turn_freely(scene: str, seed: int) -> None:
     assert all(sample_segment(query.checker, q, d, 5e-3) is None for q, d in zip(found, delta, strict=False))
 
 
-def test_shortcuts_make_it_shorter() -> None:
-    def length_with(shortcuts: int, seed: int) -> float:
-        settings = JoinSettings(range=0.4, motions=4000, shortcuts=shortcuts)
-        searched = FirstPathSearch(MotionChecker(EdgeProver(make_post())), settings, np.random.default_rng(seed))
-        found = searched.join(POST_START[None], POST_GOAL[None])
-        assert found is not None
-        return float(np.linalg.norm(np.diff(found, axis=0), axis=1).sum())
-
-    straight = float(np.linalg.norm(POST_GOAL - POST_START))
-    lengths = np.array([[length_with(shortcuts, seed) for shortcuts in (0, 16)] for seed in range(5)])
-    assert (lengths >= straight).all()
-    assert (lengths[:, 1] <= lengths[:, 0]).all()
-    assert lengths[:, 1].mean() < 0.9 * lengths[:, 0].mean()
-
-
 def test_a_narrow_passage_takes_few_motions() -> None:
     """Through the window, where OMPL's RRTConnect checks several times as many."""
     query = make_query(PlanRequest.from_options(robot="iiwa14", scene="window").what)

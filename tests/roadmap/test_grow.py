@@ -111,14 +111,6 @@ def test_a_root_that_ompl_refuses_grows_nothing(post):
     assert len(growth.edges) == 0
 
 
-def test_several_starts_and_goals(post):
-    starts, goals = np.vstack([A, A + 0.1]), np.vstack([B, B - 0.1])
-    growth = grown(post, starts=starts, goals=goals)
-    np.testing.assert_array_equal(growth.nodes[growth.starts], starts)
-    np.testing.assert_array_equal(growth.nodes[growth.goals], goals)
-    assert growth.joined
-
-
 def test_stop_ends_it_at_once_and_keeps_the_ends(post):
     growth = grow(EdgeProver(post), A, B, 500, 0, GrowthSettings(), Progress(stop=lambda: True))
     assert len(growth.nodes) == 2
@@ -162,12 +154,6 @@ def test_ways_up_to_the_floor_are_grown_once(floor):
     assert roadmap.is_connected == (floor < 1)
 
 
-def test_no_search_between_ends_that_no_way_leads_up_from():
-    growth = grow(EdgeProver(checker_of("planar_2r")), A, B, 2, 0, GrowthSettings(floor=1e9))
-    assert growth.motions == 0
-    assert not growth.joined
-
-
 def test_a_ball_in_the_way_of_the_start_is_refused():
     checker = make_checker(load("planar_2r"), scene_of((Sphere(0.1), pose([0.9, 0, 0]))))
     with pytest.raises(StateError, match="start is in collision"):
@@ -192,8 +178,3 @@ def test_climbing_rises_all_the_way(name: str) -> None:
         assert path_contact(checker, way) is None
         done += 1
     assert done
-
-
-def test_a_state_above_the_floor_needs_no_climb() -> None:
-    q = np.array([0.0, 0.5, 0, -1.2, 0, 0.8, 0])
-    assert len(ascend_manipulability(EdgeProver(checker_of("iiwa14")), q, 1e-3)) == 1

@@ -60,7 +60,6 @@ def six_axes(urdf_file, link: float = 0.3, tool: float = 1.0) -> Robot:
 
 ARMS = {  # an arm, and where its line begins
     "a tool a metre off the flange": (six_axes, [0.2, 0.3, 0.5, 0.1, 0.4, 0.2]),
-    "links of five metres": (lambda file: six_axes(file, 5.0, 0.1), [0.2, 0.3, 0.5, 0.1, 0.4, 0.2]),
     "a slide": (sliding, [0.1, 0.3, 0.2, 0.4, 0.0]),
     "a wrist near singular": (lambda _: load("ur5"), [0.3, -1.0, 1.2, -0.4, 0.02, 0.1]),
     "continuous joints past half a turn": (

@@ -17,9 +17,7 @@ from planner.robot.shapes import Box, Obstacle, Shape
 from planner.trajectory.limits import MotionLimits
 from planner.trajectory.safe_intervals import (
     RoadmapInTime,
-    certify_intervals,
     earliest_route,
-    find_safe_start,
     rest_to_rest_seconds,
 )
 from planner.trajectory.trajectory import Trajectory
@@ -149,33 +147,3 @@ def test_edges_and_stays_are_free_whenever_their_stretches_say_so() -> None:
 def clear(checker: CollisionChecker, shape: Shape, placement: np.ndarray, q: np.ndarray) -> bool:
     """Whether nothing touches, by FCL."""
     return is_free(FclChecker(moving_world(checker.world, (Obstacle("cart", shape, placement),))), q)
-
-
-BLOCKED = np.array([[1.1, 1.3], [4.0, 4.01], [9.0, 12.0]])
-
-
-class Asked:
-    """What is proven but where something is ``blocked`` (k, 2), and how many cells were asked for."""
-
-    def __init__(self, blocked: np.ndarray) -> None:
-        self.blocked, self.count = blocked, 0
-
-    def __call__(self, low: np.ndarray, high: np.ndarray) -> np.ndarray:
-        self.count += len(low)
-        return np.asarray(~((low[:, None] <= self.blocked[:, 1]) & (self.blocked[:, 0] <= high[:, None])).any(axis=1))
-
-
-def test_stretches_are_what_is_proven_and_no_more() -> None:
-    counts = []
-    for end in (15.0, 15_000.0):
-        proven, corners = Asked(BLOCKED), np.linspace(0.0, end, int(2 * end) + 1)
-        found = certify_intervals(proven, corners)
-        counts.append(proven.count)
-        assert proven(found[:, 0], found[:, 1]).all()
-        assert found[0, 0] == 0.0
-        assert found[-1, 1] == end
-        np.testing.assert_allclose(found[:-1, 1], BLOCKED[:, 0], atol=1 / 32)
-        np.testing.assert_allclose(found[1:, 0], BLOCKED[:, 1], atol=1 / 32)
-        assert find_safe_start(proven, corners) == found[-1, 0]
-    assert counts[1] < counts[0] + 60, "what is free as a whole is asked for as a whole"
-    assert find_safe_start(Asked(np.array([[3.0, 20.0]])), np.linspace(0.0, 15.0, 31)) == np.inf

@@ -123,16 +123,6 @@ def test_among_what_moves_the_stop_is_proven_at_its_own_times_until_all_rests() 
         assert stop_at(motion, t, make_checker(arm, scene)).proven == proven
 
 
-def test_it_brakes_as_hard_as_one_joint_allows_on_a_line(solved: Plan) -> None:
-    """There it takes v / a of the joint that is at its limit."""
-    line = time_path(solved.path[:2], solved.checker)
-    assert line.limits is not None
-    for share in (0.2, 0.3, 0.4):
-        stop, v = stop_at(line, share * line.duration), line.at(share * line.duration, 1)[0]
-        fastest_phases = (np.abs(v) / line.limits.acceleration).max()
-        assert stop.trajectory.duration == pytest.approx(fastest_phases, abs=5e-3)
-
-
 def test_what_a_trajectory_breaks_itself_is_told_as_excess(solved: Plan) -> None:
     motion = time_path(solved.path, solved.checker)
     assert motion.limits is not None
