@@ -5,7 +5,7 @@ from functools import lru_cache
 
 from planner.base.errors import OptionError, choices
 from planner.collision.checker import CollisionChecker
-from planner.collision.self_pairs import compute_disabled_pairs
+from planner.collision.self_pairs import generate_disabled_pairs
 from planner.collision.world import World
 from planner.constraints.path_constraints import require_orientations
 from planner.problem.conditions import Condition, read_conditions
@@ -35,10 +35,8 @@ def make_checker(
     conditions = read_conditions(constraint)
     WorldRequest(margin=margin)  # refuses a margin out of range
     require_orientations(conditions, robot)
-    disabled, new = robot.disabled_pairs, None
-    if disabled is None:
-        disabled, new = compute_disabled_pairs(robot, kind)
-    return kind(World.from_scene(robot, resolve_frames(Scene.load(scene), robot), disabled, margin, conditions), new)
+    disabled = generate_disabled_pairs(robot, kind) if robot.disabled_pairs is None else robot.disabled_pairs
+    return kind(World.from_scene(robot, resolve_frames(Scene.load(scene), robot), disabled, margin, conditions))
 
 
 def second_checker(checker: CollisionChecker) -> CollisionChecker:

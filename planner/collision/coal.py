@@ -149,18 +149,11 @@ def _thicken_flat_mesh(vertices: Floats, triangles: Ints) -> Floats:
 
     Coal's broadphase misses shapes whose bounding box has no thickness.
     """
-    extents, directions = _principal_extents(vertices)
-    bent = np.array(vertices)
-    if extents[-1] < _THICKNESS:
-        bent[triangles[0, 0]] += _THICKNESS * directions[-1]
-    return bent
-
-
-def _principal_extents(points: Floats) -> tuple[Floats, Floats]:
-    """Return the extents (3,) of points along their principal directions (3, 3), in rows, thinnest last."""
-    centred = points - points.mean(axis=0)
-    directions = np.linalg.svd(centred.T @ centred)[2]
-    return np.ptp(centred @ directions.T, axis=0), directions
+    centred, thick = vertices - vertices.mean(axis=0), np.array(vertices)
+    directions = np.linalg.svd(centred.T @ centred)[2]  # rows, the thinnest last
+    if np.ptp(centred @ directions.T, axis=0)[-1] < _THICKNESS:
+        thick[triangles[0, 0]] += _THICKNESS * directions[-1]
+    return thick
 
 
 @lru_cache(maxsize=1024)  # nothing changes them, and trees of triangles take time

@@ -38,7 +38,7 @@ class Containment:
         self.boxes = NativeBoxes(
             chain.native,
             joints[queries.inner],
-            _rotate(inner[:, :3, :3], queries.points) + inner[:, :3, 3],
+            (inner[:, :3, :3] @ queries.points[..., None])[..., 0] + inner[:, :3, 3],
             joints[queries.outer],
             outer[:, :3, :3],
             outer[:, :3, 3],
@@ -75,11 +75,6 @@ class Containment:
         held = [self._solids[k].contains(local[hits[:, 1] == k]).any() for k in met]
         matches = np.unique(self._pair[met[np.array(held, dtype=bool)]])
         return matches[matches >= 0]
-
-
-def _rotate(turn: Floats, vectors: Floats) -> Floats:
-    """Rotate vectors (k, 3) by matrices (k, 3, 3)."""
-    return (turn @ vectors[..., None])[..., 0]
 
 
 @dataclass(frozen=True, eq=False)
@@ -128,21 +123,17 @@ def _make_queries(items: tuple[Shape, ...], bodies: int, checked: bytes, own: by
     points = [points_of_components(shape) for shape in shapes]
     count = np.array([len(each) for each in points], dtype=np.int64)
     order = np.repeat(order, count[kind[held[order]]])
+    inner_rows = order[np.flatnonzero(np.diff(order, prepend=-1))]  # without repetitions
     there = [solids[k] for k in kind[outside[order]]]
     return _Queries(
         pair[row[order]],
         outside[order],
         held[order],
-        np.concatenate([np.zeros((0, 3)), *(points[k] for k in kind[held[_without_repeats(order)]])]),
+        np.concatenate([np.zeros((0, 3)), *(points[k] for k in kind[held[inner_rows]])]),
         there,
         np.array([solid.low for solid in there]).reshape(-1, 3),
         np.array([solid.high for solid in there]).reshape(-1, 3),
     )
-
-
-def _without_repeats(order: Ints) -> Ints:
-    """Return ``order`` (k,) without consecutive repetitions."""
-    return order[np.flatnonzero(np.diff(order, prepend=-1))]
 
 
 def _checked_pairs(count: int, bodies: int, checked: bytes, own: bytes) -> tuple[Ints, Ints, Ints]:

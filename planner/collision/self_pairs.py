@@ -34,24 +34,17 @@ def generate_disabled_pairs(robot: Robot, backend: type[CollisionChecker]) -> fr
     """Return adjacent links, and links in contact in nearly all of a fixed sample of configurations.
 
     Unlike MoveIt's setup assistant, it keeps pairs that never touched in the sample: a sample proves nothing, and
-    distant pairs cost almost nothing.
+    distant pairs cost almost nothing. The result is cached.
     """
-    return compute_disabled_pairs(robot, backend)[0]
-
-
-def compute_disabled_pairs(
-    robot: Robot, backend: type[CollisionChecker]
-) -> tuple[frozenset[frozenset[str]], CollisionChecker | None]:
-    """Return :func:`generate_disabled_pairs`, cached, and the checker if one was built."""
-    disabled, new = adjacent_pairs(robot), list[CollisionChecker]()
+    disabled = adjacent_pairs(robot)
 
     def compute() -> dict[str, np.ndarray]:
-        new.append(backend(World.from_scene(robot, Scene("none"), disabled)))
-        return {"pairs": np.array(_frequent_contacts(new[0]), dtype=np.str_).reshape(-1, 2)}
+        contacts = _frequent_contacts(backend(World.from_scene(robot, Scene("none"), disabled)))
+        return {"pairs": np.array(contacts, dtype=np.str_).reshape(-1, 2)}
 
     neighbours = sorted(sorted(pair) for pair in disabled)
     result = load_or_compute("pairs", [robot.identity, neighbours, SAMPLES, FIRST, ALWAYS], compute)["pairs"]
-    return disabled | frozenset(frozenset(pair) for pair in result.tolist()), new[0] if new else None
+    return disabled | frozenset(frozenset(pair) for pair in result.tolist())
 
 
 def _frequent_contacts(checker: CollisionChecker) -> list[tuple[str, str]]:

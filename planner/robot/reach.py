@@ -32,7 +32,7 @@ class Reach:
     def from_robot(robot: Robot, bodies: tuple[Body, ...] | None = None) -> Reach:
         """Return the reach of the robot's own bodies, or of others that its joints carry."""
         if bodies is None:
-            return _own_reach(robot)
+            bodies = robot.bodies
         chain, reach = Chain.from_arm(robot), [_reach_of(robot.without_payload, body) for body in bodies]
         return Reach(frozen(np.reshape(reach, (len(bodies), len(chain.parent)))), chain)
 
@@ -44,12 +44,6 @@ class Reach:
         """Return the reach (n_pairs, joints) of pairs; joints that carry both bodies do not count."""
         first, second = self.bodies[pairs[:, 0]], self.bodies[pairs[:, 1]]
         return np.where((first > 0) & (second > 0), 0.0, first + second)
-
-
-@lru_cache(maxsize=16)
-def _own_reach(robot: Robot) -> Reach:
-    """Cached, because worlds that change keep their robot."""
-    return Reach.from_robot(robot, robot.bodies)
 
 
 @lru_cache(maxsize=2048)

@@ -12,7 +12,7 @@ from planner.base.yamlfile import quote, suggest_name
 from planner.robot.clouds import Seen
 from planner.robot.robot import Robot, frame_of_carried
 from planner.robot.scene import Scene
-from planner.robot.shapes import Carried, Mesh, Shape, bounding_box
+from planner.robot.shapes import Carried, Mesh, bounding_box
 from planner.robot.solids import is_watertight
 
 _SAME = 1e-6  # m, and of a matrix's entries
@@ -145,16 +145,10 @@ def _distance_notes(robot: Robot, scene: Scene) -> Iterator[Note]:
     placed = [(item.name, item.shape, item.placement[:3, 3] - base) for item in scene.obstacles]
     placed += [(item.name, item.shape, item.motion.poses[0, :3, 3] - base) for item in scene.moving]
     placed += [(b.link, b.shape, b.placement[:3, 3] - (b.joint == 0) * base) for b in robot.bodies]
-    reach = {name: float(np.linalg.norm(at)) + _size(shape) for name, shape, at in placed}
+    reach = {name: float(np.linalg.norm(at) + np.ptp(bounding_box(shape), axis=0).max()) for name, shape, at in placed}
     if far := {name: metres for name, metres in reach.items() if metres > _FAR * max(arm, _SHORT)}:
         text = f"{choices(far)} would reach {max(far.values()):.0f} m far, and the arm is {arm:.3g} m long: if their "
         yield Note(f"{text}numbers are in millimetres, give metres, and scale meshes by 0.001.")
-
-
-def _size(shape: Shape) -> float:
-    """Return the longest side (m) of the bounding box of a shape."""
-    low, high = bounding_box(shape)
-    return float((high - low).max())
 
 
 def _name_notes(robot: Robot, scene: Scene) -> Iterator[Note]:

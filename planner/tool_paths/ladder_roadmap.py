@@ -169,7 +169,7 @@ def explain_stop(
     constraints = checker.world.constraints
     holds = constraints.holds(q)
     if not holds.any():
-        spare = max(constraints.spare(q), key=np.min)
+        spare = max(constraints.slacks(q), key=np.min)
         return CannotFollow(
             cause="strays", between=(constraints.texts[spare.argmin()],), distance=float(-spare.min()), **fields
         )

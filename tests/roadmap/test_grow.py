@@ -73,8 +73,8 @@ def test_progress_counts_up_to_the_nodes(post):
 class Doubting(EdgeProver):
     """Proves no motion from a node on a chessboard's black squares, whatever is in the way."""
 
-    def prove(self, start, delta, room=PROOF, contacts=True):
-        proofs = super().prove(start, delta, room, contacts)
+    def prove(self, start, delta, resolution=PROOF, contacts=True):
+        proofs = super().prove(start, delta, resolution, contacts)
         proofs.verdict[self.doubts(start)] = Verdict.UNDECIDED
         return proofs
 
