@@ -26,7 +26,6 @@ UNFINISHED: set[str] = {
     "planner/certificate/",
     "planner/cli/",
     "planner/collision/",
-    "planner/constraints/",
     "planner/cost/",
     "planner/figures/",
     "planner/gabf/",
