@@ -74,7 +74,7 @@ def _of_record(found: Plan) -> Columns:
 
 def _ompl(method: str, request: PlanRequest, seconds: float) -> Columns:
     query = make_query(request.what)
-    robot, check = query.robot, MotionChecker(EdgeProver(query.checker)).sampling_check(_STEP)
+    robot, check = query.robot, MotionChecker(EdgeProver(query.checker)).make_state_check(_STEP)
     begin, cpu = time.perf_counter(), time.process_time()
     with OmplPaths(JointSpace.from_robot(robot), check, np.random.default_rng(request.quality.seed)) as planners:
         path = planners.path(method, query.starts, query.goals, seconds)

@@ -24,7 +24,7 @@ from planner.problem.request import PlanRequest, WorldRequest
 from planner.query.query import make_checker_for
 from planner.roadmap.build import build_roadmap
 from planner.roadmap.connect_endpoints import attach
-from planner.roadmap.measure import check_nodes, unchecked
+from planner.roadmap.measure import check_nodes
 from planner.roadmap.roadmap import Roadmap, path_waypoints
 from planner.search.network import build_network
 
@@ -69,7 +69,7 @@ def _ours(checker: CollisionChecker, pairs: Floats, nodes: int, seed: int) -> Co
     roadmap = build_roadmap(checker.robot, checker, pairs[0, 0], pairs[0, 1], nodes, seed)
     seconds, cpu = time.perf_counter() - begin, time.process_time() - cpu
     begin = time.perf_counter()
-    check_nodes(replace(roadmap, checked_by=unchecked(len(roadmap.nodes))), checker)
+    check_nodes(replace(roadmap, checked_by=np.zeros(len(roadmap.nodes), dtype=np.int8)), checker)
     checks = time.perf_counter() - begin
     columns = _measure_queries(checker, pairs[1:], lambda start, goal: answer(roadmap, checker, start[None], goal)[0])
     begin = time.perf_counter()

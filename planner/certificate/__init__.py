@@ -1,4 +1,4 @@
-"""Certificates: plans with a proof that a checker of one file accepts, without believing the planner."""
+"""Certificates: plans with a proof that a checker of one file verifies without the planner."""
 
 from planner.certificate.certificate import PROOF_NAME, Certificate, make_certificate, make_motion_certificate, verify
 

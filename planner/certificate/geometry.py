@@ -1,4 +1,4 @@
-"""The world as a certificate has it: joints, shapes and pairs as plain arrays, named as in verify_proof.FIELDS."""
+"""The arrays of a certificate for a world: joints, shapes and pairs, named as verify_proof.FIELDS."""
 
 import itertools
 from collections.abc import Mapping
@@ -20,13 +20,13 @@ from planner.problem.targets import HOME, follow_names, joints_text
 from planner.robot.shapes import Body, Cylinder, Mesh, Obstacle, corners
 
 Arrays = dict[str, Any]
-Cuts = Mapping[str, int]  # of bodies and obstacles whose hull is too much: into how many slabs each is cut
-_WHOLE: Cuts = MappingProxyType({})
+Cuts = Mapping[str, int]  # numbers of slabs of the bodies and obstacles whose hull is too large
+_UNCUT: Cuts = MappingProxyType({})
 
 
 @dataclass(frozen=True, eq=False)
-class Part:
-    """A convex part of the world's item of a number: points (k, 3) in the frame of its joint, a radius around them."""
+class ConvexShape:
+    """A convex shape of an item of the world: points (k, 3) in its joint's frame, with a radius."""
 
     item: int
     name: str
@@ -34,16 +34,16 @@ class Part:
     radius: float
 
 
-def extract_geometry(world: World, cuts: Cuts = _WHOLE) -> Arrays:
-    """The arrays that say what stands where and what is checked."""
-    parts = _parts(world, cuts)
-    items = _items(world, parts)
-    left = _left(world, parts, moving_pairs(items["joint"]))
+def extract_geometry(world: World, cuts: Cuts = _UNCUT) -> Arrays:
+    """Return the arrays of joints, items and pairs."""
+    shapes = _convex_shapes(world, cuts)
+    items = _items(world, shapes)
+    left = _pair_states(world, shapes, moving_pairs(items["joint"]))
     return _joints(world) | items | {"left": left, "margin": world.margin}
 
 
-def describe_world(world: World, cuts: Cuts = _WHOLE) -> dict[str, Any]:
-    """What the certificate says in words."""
+def describe_world(world: World, cuts: Cuts = _UNCUT) -> dict[str, Any]:
+    """Return the words of the certificate."""
     robot, model, rows = world.robot, world.robot.model, world.robot.rows
     own = np.array_equal(robot.lower, model.lowerPositionLimit[rows]) and np.array_equal(
         robot.upper, model.upperPositionLimit[rows]
@@ -54,7 +54,7 @@ def describe_world(world: World, cuts: Cuts = _WHOLE) -> dict[str, Any]:
         "scene": world.scene.name,
         "joints": list(robot.joints),
         "tree": list(model.names)[1:],
-        "items": [part.name for part in _parts(world, cuts)],
+        "items": [shape.name for shape in _convex_shapes(world, cuts)],
         "cuts": dict(cuts),
         "held": dict(robot.fixed_joints),
         "widened": not own,
@@ -66,46 +66,46 @@ def describe_world(world: World, cuts: Cuts = _WHOLE) -> dict[str, Any]:
 
 
 def _states(world: World) -> dict[str, list[str]]:
-    """The texts that each named state of the robot stands for in the scene."""
+    """Return the texts of each named state of the robot in the scene."""
     robot = world.robot
     named = {name: joints_text(values) for name, values in robot.states.items()} | {HOME: joints_text(robot.home)}
     named |= world.scene.states_of(robot.name)
-    made = {}
+    texts = {}
     for name in named:
-        with suppress(StateError):  # of one that leads back to itself, which no plan takes
-            made[name] = follow_names(name, named)
-    return made
+        with suppress(StateError):  # a circular name, which no plan uses
+            texts[name] = follow_names(name, named)
+    return texts
 
 
 def unique_names(world: World) -> list[str]:
-    """A name of its own for each body and obstacle."""
+    """Return a unique name for each body and obstacle."""
     names = [item.name for item in world.items]
     twice = {name for name in names if names.count(name) > 1}
     return [f"{name} ({k})" if name in twice else name for k, name in enumerate(names)]
 
 
 def find_concave(world: World, names: set[str]) -> list[str]:
-    """Those of the items of these names that are meshes with dents, so that slabs of them are less than their hull."""
+    """Return the items with these names that are concave meshes, whose slabs are less than their hull."""
     named = zip(unique_names(world), world.items, strict=True)
     return [
         name for name, item in named if name in names and isinstance(item.shape, Mesh) and hull_of(item.shape)[1] > 0
     ]
 
 
-def _parts(world: World, cuts: Cuts) -> list[Part]:
-    made = []
+def _convex_shapes(world: World, cuts: Cuts) -> list[ConvexShape]:
+    shapes = []
     for k, (name, item) in enumerate(zip(unique_names(world), world.items, strict=True)):
         hulls = [(name, *_points(item))]
         if name in cuts and isinstance(item.shape, Mesh):
             slabs = _slabs(item.shape, cuts[name])
             hulls = [(f"{name}, slab {n + 1}", points, item.shape.radius) for n, points in enumerate(slabs)]
         turn, shift = item.placement[:3, :3], item.placement[:3, 3]
-        made += [Part(k, each, points @ turn.T + shift, float(radius)) for each, points, radius in hulls]
-    return made
+        shapes += [ConvexShape(k, each, points @ turn.T + shift, float(radius)) for each, points, radius in hulls]
+    return shapes
 
 
 def _points(item: Body | Obstacle) -> tuple[Floats, float]:
-    """Points (k, 3) in the frame of an item's shape, and the radius around them."""
+    """Return points (k, 3) in the frame of an item's shape, and the radius around them."""
     shape = item.shape
     if isinstance(shape, Cylinder):
         return np.array([[0, 0, -0.5 * shape.length], [0, 0, 0.5 * shape.length]]), shape.radius
@@ -114,10 +114,10 @@ def _points(item: Body | Obstacle) -> tuple[Floats, float]:
 
 @lru_cache(maxsize=256)
 def _slabs(mesh: Mesh, count: int) -> list[Floats]:
-    """Points (k, 3) of the mesh between planes across its longest side, ``count`` slabs, those without any left out.
+    """Return points (k, 3) of ``count`` slabs of the mesh across its longest side, without empty slabs.
 
-    What a closed mesh holds between two parallel planes has its extreme points on the surface: the hulls of the slabs
-    hold all of it.
+    The extreme points of a closed mesh between two parallel planes are on the surface: the hulls of the slabs contain
+    it.
     """
     corners_ = mesh.vertices[mesh.triangles]
     axis = int(np.ptp(corners_.reshape(-1, 3), axis=0).argmax())
@@ -128,12 +128,12 @@ def _slabs(mesh: Mesh, count: int) -> list[Floats]:
         crossing = (a[:, axis] - plane) * (b[:, axis] - plane) < 0
         share = (plane - a[crossing, axis]) / (b[crossing, axis] - a[crossing, axis])
         cut.append(a[crossing] + share[:, None] * (b[crossing] - a[crossing]))
-    made = []
+    slabs = []
     for k, (low, high) in enumerate(itertools.pairwise(planes)):
         inside = a[(a[:, axis] >= low) & (a[:, axis] <= high)]
         points = np.concatenate([inside, cut[k], cut[k + 1]])
-        made += [hull_corners(points)] if len(points) else []
-    return made
+        slabs += [hull_corners(points)] if len(points) else []
+    return slabs
 
 
 def _joints(world: World) -> Arrays:
@@ -157,39 +157,42 @@ def _joints(world: World) -> Arrays:
     }
 
 
-def _items(world: World, parts: list[Part]) -> Arrays:
-    items = [world.items[part.item] for part in parts]
+def _items(world: World, shapes: list[ConvexShape]) -> Arrays:
+    items = [world.items[shape.item] for shape in shapes]
     return {
         "joint": np.array([item.joint if isinstance(item, Body) else -1 for item in items], dtype=np.int64),
         "cylinder": np.array([isinstance(item.shape, Cylinder) for item in items], dtype=np.uint8),
-        "radius": np.array([part.radius for part in parts]),
-        "count": np.array([len(part.points) for part in parts], dtype=np.int64),
-        "points": np.concatenate([part.points for part in parts]),
+        "radius": np.array([shape.radius for shape in shapes]),
+        "count": np.array([len(shape.points) for shape in shapes], dtype=np.int64),
+        "points": np.concatenate([shape.points for shape in shapes]),
     }
 
 
 def moving_pairs(joint: Ints) -> Ints:
-    """The pairs (k, 2), in order, of items on these joints (n,), 0 the base, -1 the world, that some joint moves."""
+    """Return the pairs (k, 2), in order, of items on joints (n,) that some joint moves.
+
+    Joint 0 is the base, -1 the world.
+    """
     moved = (joint[:, None] != joint) & (np.maximum(joint[:, None], joint) > 0)
     return np.argwhere(np.triu(moved))
 
 
-def _left(world: World, parts: list[Part], pairs: Ints) -> Ints:
-    """Of each of ``pairs`` (k, 2) of parts whether it is to be proven apart, as it is checked, or left out."""
+def _pair_states(world: World, shapes: list[ConvexShape], pairs: Ints) -> Ints:
+    """Return for each of ``pairs`` (k, 2) of shapes whether it is to be proven apart or left out."""
     count = len(world.bodies)
     listed = np.zeros((len(world.items), len(world.items)), dtype=bool)
     listed[:count, count:] = world.checked
     listed[world.self_pairs[:, 0], world.self_pairs[:, 1]] = True
-    first, second = np.array([part.item for part in parts])[pairs].T
+    first, second = np.array([shape.item for shape in shapes])[pairs].T
     return np.where((listed | listed.T)[first, second], PROVEN, EXEMPT)
 
 
 def split_shapes(arrays: Arrays) -> list[Shape]:
-    """The shape of each item, in the frame of what carries it, as the checker has it."""
+    """Return the shape of each item in the frame of its joint, as the checker has it."""
     points = np.split(arrays["points"], np.cumsum(arrays["count"])[:-1])
     return list(zip(points, arrays["radius"].tolist(), arrays["cylinder"].tolist(), strict=True))
 
 
-def centers_of(shapes: list[Shape]) -> Floats:
-    """A point (items, 3) in the middle of each shape."""
+def box_centers(shapes: list[Shape]) -> Floats:
+    """Return the center (items, 3) of each shape's box."""
     return np.array([0.5 * (points.min(axis=0) + points.max(axis=0)) for points, *_ in shapes])

@@ -68,35 +68,35 @@ import numpy as np
 
 Array = np.ndarray
 Data = dict[str, Any]
-Shape = tuple[Array, float, bool]  # the convex hull of points (k, 3) with a radius around it, or a cylinder of two
+Shape = tuple[Array, float, bool]  # points (k, 3), the radius around their convex hull, whether it is a cylinder
 FORMAT, MOST = 4, 1000.0  # rad, m, also velocities times seconds and so on: larger numbers are refused [1]
-TURNED = 2e-11  # what a joint's rotation is off at most, computed [6]
-OFF = 2e-11  # of the sum of a polynomial's coefficients: what it is off at most, computed [5], and derivatives [11]
-ROUNDED = 1.0 + 1e-12  # what sums of products of non-negative numbers are too small by at most [7]
-ROWS = {"planar": 2, "translation": 3, "pose": 6}  # of the tool's Jacobian, of which w is
-ENDS = {"q": 0, "xyz": 3, "pose": 7}  # how many numbers are asked of an end, 0 one a joint
-SAME, REACHED = 1e-8, 2e-6  # rad or m: what an end may be off joint values, or a tool's position and pose [13]
-LIMIT = FORGIVEN = 1e-6  # relative, of limits on the motion, and rad or m, on positions: what may be exceeded
-PROVEN, EXEMPT, OPEN = range(3)  # a pair: apart; left out by the robot's files or the scene; no plane was found
+TURNED = 2e-11  # largest error of a joint's rotation [6]
+OFF = 2e-11  # largest error of a polynomial [5] and its derivatives [11], as a share of the sum of its coefficients
+ROUNDED = 1.0 + 1e-12  # factor for the rounding of sums of products of non-negative numbers [7]
+ROWS = {"planar": 2, "translation": 3, "pose": 6}  # of the tool's Jacobian, for w
+ENDS = {"q": 0, "xyz": 3, "pose": 7}  # count of numbers of an end, 0: one per joint
+SAME, REACHED = 1e-8, 2e-6  # rad or m: tolerances of an end in joint values, and in position and pose [13]
+LIMIT = FORGIVEN = 1e-6  # tolerances: relative on limits of the motion, rad or m on positions
+PROVEN, EXEMPT, OPEN = range(3)  # a pair: apart; left out by the robot's files or the scene; no plane is known
 MOVING = ("revolute", "continuous", "prismatic")
 WORDS = {*"format robot scene joints tree items cuts held widened rows states identity".split(), "tool link"}  # noqa: SIM905
 KINDS, INTERPOLATED = ["velocity", "acceleration", "jerk"], ["lines", "cubics", "quintics"]
-# what the file holds: names; the kind of number, the shape (a name is one size throughout), the least and the most [1]
+# arrays of the file: names; type, shape (a name is one size in all arrays), least and largest value [1]
 LAYOUT: dict[str, tuple[str, tuple[int | str, ...], float, float]] = {
     "meta": ("u1", ("bytes",), 0, 255),  # JSON
     "parent": ("i8", ("joints",), 0, 100),  # of each joint: the number of the one before it, from 1; 0 the base
     "prismatic": ("u1", ("joints",), 0, 1),  # joints that slide
     "turn": ("f8", ("joints", 3, 3), -2, 2),  # a joint's frame in the frame of that joint: rotation and origin
     "shift axis": ("f8", ("joints", 3), -MOST, MOST),
-    "leader": ("i8", ("joints",), 0, 99),  # the planned joint that a joint is, or follows: factor times it, plus zero
+    "leader": ("i8", ("joints",), 0, 99),  # the planned joint q of a joint's value factor q + zero
     "factor zero": ("f8", ("joints",), -MOST, MOST),
     "wraps": ("u1", ("dof",), 0, 1),  # planned joints without limits
     "lower upper": ("f8", ("dof",), -1e300, 1e300),
-    "base tool": ("f8", (4, 4), -MOST, MOST),  # the tool, whose w it is, in the frame of its joint
+    "base tool": ("f8", (4, 4), -MOST, MOST),  # the tool of w is in the frame of its joint
     "carrier": ("i8", (), 0, 100),  # that joint
     "margin floor": ("f8", (), 0, MOST),  # m; under w
-    "joint": ("i8", ("items",), -1, 100),  # what carries a body, 0 the base, -1 the world
-    "count": ("i8", ("items",), 1, 1 << 30),  # how many points are its own
+    "joint": ("i8", ("items",), -1, 100),  # the joint of a body, 0 the base, -1 the world
+    "count": ("i8", ("items",), 1, 1 << 30),  # number of points
     "cylinder": ("u1", ("items",), 0, 1),  # else the convex hull of points, with a radius around it
     "radius": ("f8", ("items",), 0, MOST),
     "points": ("f8", ("points", 3), -MOST, MOST),  # in the joint's frame, item by item; of a cylinder both ends
@@ -105,15 +105,15 @@ LAYOUT: dict[str, tuple[str, tuple[int | str, ...], float, float]] = {
     "clock": ("i8", ("knots",), -2e15, 2e15),  # ns
     "knots": ("f8", ("columns", "knots", "dof"), -1e9, 1e9),  # positions, perhaps velocities, perhaps accelerations
     "limits": ("f8", ("kinds", "dof"), -1e300, 1e300),  # on velocity, acceleration, jerk
-    "parts": ("i4", ("pairs and w", "pieces"), 1, 1 << 30),  # into which segments and then pieces of the motion are cut
-    "high": ("f8", ("witnesses",), 0, 1),  # where each part ends, which a witness speaks of
-    "normal": ("f4", ("witnesses", 3), -1e6, 1e6),  # of a plane in the part's middle, first to second; of w: 0 or not
+    "parts": ("i4", ("pairs and w", "pieces"), 1, 1 << 30),  # numbers of intervals of segments, then of the motion
+    "high": ("f8", ("witnesses",), 0, 1),  # the end of each interval
+    "normal": ("f4", ("witnesses", 3), -1e6, 1e6),  # of a plane in the middle, first to second; for w: 0 or not
 }
 FIELDS = {name: row for names, row in LAYOUT.items() for name in names.split()}
 
 
 class Refused(Exception):
-    """What is not proven, as a sentence."""
+    """An unproven statement, as a sentence."""
 
 
 def require(holds: Any, why: str) -> None:
@@ -122,91 +122,91 @@ def require(holds: Any, why: str) -> None:
 
 
 def check(out: Path, urdf: Path | None = None) -> str:
-    """What is proven of the plan in a folder, as a sentence; :class:`Refused` where something is not."""
-    require((out / "proof.npz").is_file(), f"{out / 'proof.npz'} not found: plan with --certificate, which writes it.")
+    """Return the proven statements about the plan in a folder, or raise :class:`Refused`."""
+    require((out / "proof.npz").is_file(), f"{out / 'proof.npz'} not found: plan with --certificate to write it.")
     try:
         data, meta = read(out / "proof.npz")
         compared = "" if urdf is None else apply_urdf(data, meta, urdf)
         require_sound(data, meta)
         plan, pieces = require_same_files(data, meta, out), curves(data)
         assign_witnesses(data, meta, pieces)
-        rounding, judged = require_witnesses(data, meta, pieces), require_limits(data, meta, pieces)
+        rounding, kinds = require_witnesses(data, meta, pieces), require_limits(data, meta, pieces)
         ends = f"{require_ends(data, meta, plan)}\n{describe_floor(data, meta, plan)}"
-        return describe(data, meta, rounding, judged, ends, compared)
+        return describe(data, meta, rounding, kinds, ends, compared)
     except Refused:
         raise
-    except Exception as error:  # whatever a damaged zip, JSON or URDF ends in
+    except Exception as error:  # any error of a damaged zip, JSON or URDF
         raise Refused(f"a file is missing or damaged ({type(error).__name__}: {error}).") from error
 
 
 def read(file: Path) -> tuple[Data, Data]:
-    """The arrays of a certificate, of the right kinds, shapes and sizes [1], and what it says in words."""
+    """Return the arrays of a certificate, of the right types, shapes and sizes [1], and its words."""
     with np.load(file, allow_pickle=False) as arrays:
         held, names = arrays.zip.infolist(), sorted(f"{name}.npy" for name in FIELDS)
         there = sorted(item.filename for item in held) == names and sum(item.file_size for item in held) < 1 << 30
-        require(there, f"{file} holds other arrays than those of format {FORMAT}: write it again.")
+        require(there, f"{file} must hold the arrays of format {FORMAT}: write it again.")
         data: Data = {name: arrays[name] for name in FIELDS}
     sizes: dict[int | str, int] = {}
     for name, (kind, shape, least, most) in FIELDS.items():
         array = data[name]
         require(array.dtype == np.dtype(f"<{kind}") and array.ndim == len(shape), f"{name} is of another kind.")
-        for size, said in zip(array.shape, shape, strict=True):
-            require(size == (said if isinstance(said, int) else sizes.setdefault(said, size)), f"{name} is short.")
-        require((array >= least) & (array <= most), f"{name} holds a number that is not finite, or absurd.")
+        for size, key in zip(array.shape, shape, strict=True):
+            require(size == (key if isinstance(key, int) else sizes.setdefault(key, size)), f"{name} is short.")
+        require((array >= least) & (array <= most), f"{name} holds a number that is not finite, or too large.")
     points = np.split(data["points"], np.cumsum(data["count"])[:-1])
     data["shapes"] = list(zip(points, data["radius"].tolist(), (data["cylinder"] > 0).tolist(), strict=True))
     return data, json.loads(data["meta"].tobytes(), object_pairs_hook=reject_duplicates)
 
 
 def reject_duplicates(named: list[tuple[str, Any]]) -> Data:
-    """An object of JSON; refused where a name stands twice, of which readers take one or the other."""
+    """Return an object of JSON; a duplicate name is refused, as readers differ in the value they take."""
     require(len(dict(named)) == len(named), "a name stands twice in a file.")
     return dict(named)
 
 
 def require_sound(data: Data, meta: Data) -> None:
-    """Indices point at what is there, axes are unit vectors [2], shapes are shapes, time goes on."""
+    """Require valid indices, unit axes [2], valid shapes and increasing times."""
     tree, dof, count = len(data["parent"]), len(data["wraps"]), data["count"]
     require(meta["format"] == FORMAT and meta.keys() == WORDS, "the certificate has another format: write it again.")
     for names, size in ((meta["joints"], dof), (meta["tree"], tree), (meta["items"], len(count))):
         require(len(names) == size == len({str(name) for name in names}), "joints and items need a name each.")
     require((data["parent"] <= np.arange(tree)) & (1 <= dof <= tree <= 100), "a joint stands before what carries it.")
-    require(np.append(data["joint"], data["carrier"]) <= tree, "an item or the tool hangs on no joint.")
+    require(np.append(data["joint"], data["carrier"]) <= tree, "an item or the tool has no joint.")
     require(data["leader"] < dof, "a joint follows one that is not planned.")
-    steps = (data["prismatic"] > 0) | (data["factor"] % 1.0 != 0.0)  # a whole turn of the leader is none of this joint
+    steps = (data["prismatic"] > 0) | (data["factor"] % 1.0 != 0.0)  # the joint moves in a whole turn of its leader
     require(
         (data["wraps"][data["leader"]] == 0) | ~steps,
         "a joint slides and turns, or follows one that turns in parts of turns.",
     )
     require(np.abs(np.linalg.norm(data["axis"], axis=1) - 1.0) <= 1e-13, "a joint's axis is no unit vector.")
     require(((count == 2) | (data["cylinder"] == 0)) & (count.sum() == len(data["points"])), "an item is no shape.")
-    require(len(data["clock"]) != 1 and (np.diff(data["clock"]) > 0).all(), "time does not go on.")
+    require(len(data["clock"]) != 1 and (np.diff(data["clock"]) > 0).all(), "times do not increase.")
 
 
 def require_same_files(data: Data, meta: Data, folder: Path) -> Data:
-    """What plan.json holds; the path is the one in there, the motion that of trajectory.json, number by number."""
+    """Return plan.json; require its path and the motion of trajectory.json, number by number."""
     plan, beside = (
         json.loads((folder / "plan.json").read_bytes(), object_pairs_hook=reject_duplicates),
         folder / "trajectory.json",
     )
-    for key, said in (*((key, meta[key]) for key in ("robot", "scene", "joints")), ("path", data["path"].tolist())):
-        require(plan[key] == said, f"plan.json is of another {key}.")
+    for key, own in (*((key, meta[key]) for key in ("robot", "scene", "joints")), ("path", data["path"].tolist())):
+        require(plan[key] == own, f"plan.json is of another {key}.")
     require(data["margin"] >= plan["config"]["margin"], "plan.json asks for a larger margin.")
     require(beside.exists() == (len(data["clock"]) > 0), "trajectory.json is missing, or not certified.")
     if beside.exists():
         motion, knots = json.loads(beside.read_bytes(), object_pairs_hook=reject_duplicates), data["knots"]
-        found = [[point[key] for point in motion["points"]] for key in ("t", "q", "qd", "qdd")[: len(knots) + 1]]
-        found += [motion["joints"], motion["interpolation"], [motion["limits"][kind] for kind in KINDS]]
-        said = [(data["clock"] / 1e9).tolist(), *knots.tolist(), meta["joints"], INTERPOLATED[len(knots) - 1]]
-        same = found == [*said, data["limits"].tolist()] and not motion.get("events")
+        other = [[point[key] for point in motion["points"]] for key in ("t", "q", "qd", "qdd")[: len(knots) + 1]]
+        other += [motion["joints"], motion["interpolation"], [motion["limits"][kind] for kind in KINDS]]
+        own = [(data["clock"] / 1e9).tolist(), *knots.tolist(), meta["joints"], INTERPOLATED[len(knots) - 1]]
+        same = other == [*own, data["limits"].tolist()] and not motion.get("events")
         require(same, "trajectory.json is of another motion.")
         require(np.abs(knots[0][[0, -1]] - data["path"][[0, -1]]) <= FORGIVEN, "the motion has other ends.")
     return plan
 
 
 def require_ends(data: Data, meta: Data, plan: Data) -> str:
-    """The path's ends are those that plan.json asks for; which, in words, and which are not judged here [13]."""
-    config, goal, said = plan["config"], plan["goal"], []
+    """Require the path's ends to be those of plan.json [13]; return sentences on them."""
+    config, goal, sentences = plan["config"], plan["goal"], []
     if config.get("request") is not None:
         return f"Whether its ends are those of {config['request']!r} is not judged."
     choices = re.findall(r"[^;,:]*:[^;]*|[^;,]+", str(config.get("goal")))  # numbers, or a name
@@ -216,50 +216,58 @@ def require_ends(data: Data, meta: Data, plan: Data) -> str:
         offs = [end_error(data, q, each) for each in texts]
         require(not offs or not all(off > 1.0 for off in offs), f"the path's {end} is not {text!r}.")
         met = [each for each, off in zip(texts, offs, strict=True) if off <= 1.0]
-        said.append(f"Its {end} is {text!r}, {met[0]!r}." if met else f"Whether its {end} is {text!r} is not judged.")
-    return " ".join(said)
+        sentences.append(
+            f"Its {end} is {text!r}, {met[0]!r}." if met else f"Whether its {end} is {text!r} is not judged."
+        )
+    return " ".join(sentences)
 
 
 def end_error(data: Data, q: Array, text: str) -> float:
-    """How far a configuration is off joint values, a position or a pose, over what it may be; 0/0 of other texts."""
+    """Return the error of a configuration for joint values, a position or a pose, over its tolerance.
+
+    It is NaN for other texts.
+    """
     kind, _, rest = text.partition(":")
     if kind not in ENDS or "&" in text:
         return np.nan
-    asked = np.array(rest.split(","), dtype=float)
-    require(len(asked) == (ENDS[kind] or len(q)), f"{text!r} has too many numbers, or too few.")
+    target = np.array(rest.split(","), dtype=float)
+    require(len(target) == (ENDS[kind] or len(q)), f"{text!r} has too many numbers, or too few.")
     if kind == "q":
-        off = q - asked - data["wraps"] * 2.0 * np.pi * np.rint((q - asked) / (2.0 * np.pi))
+        off = q - target - data["wraps"] * 2.0 * np.pi * np.rint((q - target) / (2.0 * np.pi))
         return float(np.abs(off).max()) / SAME
     turn, origin = (each[data["carrier"], 0] for each in frames(data, q[None]))
-    off = [origin + turn @ data["tool"][:3, 3] - asked[:3]]
+    off = [origin + turn @ data["tool"][:3, 3] - target[:3]]
     if kind == "pose":
-        x, y, z, w = asked[3:] / np.linalg.norm(asked[3:])
+        x, y, z, w = target[3:] / np.linalg.norm(target[3:])
         cross = np.cross([x, y, z], np.eye(3)).T
         off += list(turn @ data["tool"][:3, :3] - np.eye(3) - 2.0 * (w * cross + cross @ cross))
     return float(np.abs(off).max()) / REACHED
 
 
-# c_1, c_2 ... by the rise, the slopes and second derivatives at both ends: Hermite, as ROS 2 controllers have it [3]
+# c_1, c_2 ... from the rise, the slopes and second derivatives at both ends: Hermite, as in ROS 2 controllers [3]
 QUINTIC = ((0, 1, 0, 0, 0), (0, 0, 0, 0.5, 0), (10, -6, -4, -1.5, 0.5), (-15, 8, 7, 1.5, -1), (6, -3, -3, -0.5, 0.5))
 HERMITE = (((1,),), ((0, 1, 0), (3, -2, -1), (-2, 1, 1)), QUINTIC)
 
 
 def curves(data: Data) -> Array:
-    """Coefficients (pieces, 6, dof) of q(s) = sum of c_k s^k, s in [0, 1]: the path's segments, then the motion [3]."""
+    """Return coefficients (pieces, 6, dof) of q(s) = sum of c_k s^k, s in [0, 1] [3].
+
+    The segments of the path come first, then the polynomial pieces of the motion.
+    """
     path, h, knots = data["path"], np.diff(data["clock"])[:, None] / 1e9, data["knots"]
     path = path if len(path) > 1 else np.repeat(path, 2, axis=0)
-    made = np.zeros((len(path) - 1 + len(h), 6, path.shape[1]))
-    made[: len(path) - 1, 0], made[: len(path) - 1, 1] = path[:-1], np.diff(path, axis=0)
+    result = np.zeros((len(path) - 1 + len(h), 6, path.shape[1]))
+    result[: len(path) - 1, 0], result[: len(path) - 1, 1] = path[:-1], np.diff(path, axis=0)
     if len(h):
-        made[-len(h) :, 0], ends = knots[0][:-1], [np.diff(knots[0], axis=0)]
+        result[-len(h) :, 0], ends = knots[0][:-1], [np.diff(knots[0], axis=0)]
         ends += [end * h**k for k, rows in enumerate(knots[1:], start=1) for end in (rows[:-1], rows[1:])]
-        made[-len(h) :, 1 : 2 * len(knots)] = np.einsum("kc,cnd->nkd", HERMITE[len(knots) - 1], ends)
-    require(np.abs(made).sum(axis=1) <= MOST, "a joint turns or slides farther than any does.")  # [1]
-    return made
+        result[-len(h) :, 1 : 2 * len(knots)] = np.einsum("kc,cnd->nkd", HERMITE[len(knots) - 1], ends)
+    require(np.abs(result).sum(axis=1) <= MOST, "a joint turns or slides too far.")  # [1]
+    return result
 
 
 def require_limits(data: Data, meta: Data, pieces: Array) -> list[str]:
-    """Positions within the robot's limits, the motion's derivatives within its own; which these are."""
+    """Require positions within limits, the motion's derivatives within theirs; return the kinds of these."""
     free, off = np.where(data["wraps"] > 0, np.inf, FORGIVEN), OFF * np.abs(pieces).sum(axis=1)
     require_between(pieces, data["lower"] - free, data["upper"] + free, off, "a joint leaves its limits", meta)
     judged, h = KINDS[: len(data["knots"])], np.diff(data["clock"])[:, None] / 1e9
@@ -272,7 +280,7 @@ def require_limits(data: Data, meta: Data, pieces: Array) -> list[str]:
 
 
 def require_between(pieces: Array, low: Array, high: Array, off: Array, why: str, meta: Data) -> None:
-    """Polynomials, off by ``off`` as computed, stay within bounds: so do Bernstein coefficients of their parts [11]."""
+    """Require polynomials, off by ``off``, within bounds, by Bernstein coefficients of their halves [11]."""
     degree, dof = pieces.shape[1] - 1, pieces.shape[2]
     choose = np.array([[math.comb(j, k) for k in range(degree + 1)] for j in range(degree + 1)], dtype=float)
     half = choose / 2.0 ** np.arange(degree + 1)[:, None]  # de Casteljau: of a whole piece to its first half
@@ -290,8 +298,8 @@ def require_between(pieces: Array, low: Array, high: Array, off: Array, why: str
 
 
 def rotation(axis: Array, angle: Any) -> Array:
-    """(..., 3, 3) about a unit vector (3,) by angles (..., 1, 1), Rodrigues' formula, no library's sine [4]."""
-    require(np.abs(angle) <= MOST, "a joint turns farther than any does.")
+    """Return rotations (..., 3, 3) about a unit vector (3,) by angles (..., 1, 1), Rodrigues' formula [4]."""
+    require(np.abs(angle) <= MOST, "a joint turns too far.")
     turned: Any = np.ones_like(angle, dtype=complex)
     cross = np.cross(axis, np.eye(3)).T
     for k in range(20, 0, -1):
@@ -302,7 +310,10 @@ def rotation(axis: Array, angle: Any) -> Array:
 
 
 def frames(data: Data, q: Array) -> tuple[Array, Array]:
-    """Rotations (joints + 1, n, 3, 3) and origins (joints + 1, n, 3) of base and joints at q (n, dof) [6]."""
+    """Return rotations (joints + 1, n, 3, 3) and origins (joints + 1, n, 3) at q (n, dof) [6].
+
+    Row 0 is the base.
+    """
     q = data["factor"] * q[:, data["leader"]] + data["zero"]  # now of all joints
     turn, origin = np.empty((q.shape[1] + 1, len(q), 3, 3)), np.zeros((q.shape[1] + 1, len(q), 3))
     turn[0] = np.eye(3)
@@ -314,29 +325,32 @@ def frames(data: Data, q: Array) -> tuple[Array, Array]:
 
 
 def reaches(data: Data, pieces: Array) -> tuple[Array, float]:
-    """(items + 1, joints) how fast a joint moves items and tool at most [8], 0 if it carries none; for rounding, m."""
-    made, joints = [*data["shapes"], (data["tool"][None, :3, 3], 0.0)], np.append(data["joint"], data["carrier"])
+    """Return the largest rates (items + 1, joints) of items and tool [8], and the rounding, m.
+
+    A rate is 0 for joints that do not carry the item.
+    """
+    result, joints = [*data["shapes"], (data["tool"][None, :3, 3], 0.0)], np.append(data["joint"], data["carrier"])
     most = np.abs(pieces).sum(axis=1).max(axis=0)[data["leader"]] * np.abs(data["factor"]) + np.abs(data["zero"])
     require(most <= MOST, "a joint follows another farther than any goes.")  # [1]
     travel = np.where(data["prismatic"] > 0, ROUNDED * most, 0.0)
-    found, size = np.zeros((len(made), len(travel))), 1.0
-    for item, (points, radius, *_) in enumerate(made):
+    rates, size = np.zeros((len(result), len(travel))), 1.0
+    for item, (points, radius, *_) in enumerate(result):
         joint, far = joints[item] - 1, np.linalg.norm(points, axis=1).max() + radius
         across = np.linalg.norm(np.cross(points, data["axis"][max(joint, 0)]), axis=1).max() + radius
         size = max(size, far)
         while joint >= 0:
-            found[item, joint] = 1.0 if data["prismatic"][joint] else max(across, 1e-9)
+            rates[item, joint] = 1.0 if data["prismatic"][joint] else max(across, 1e-9)
             before, shift = data["parent"][joint] - 1, data["shift"][joint]
             across = far + travel[joint] + np.linalg.norm(np.cross(shift, data["axis"][before]))
             far, joint = far + travel[joint] + np.linalg.norm(shift), before
     size += np.linalg.norm(data["shift"], axis=1).sum() + travel.sum()
     require(np.linalg.det(data["turn"]) > 0.0, "a joint's frame is no rotation.")
     stretched = np.abs(data["turn"].transpose(0, 2, 1) @ data["turn"] - np.eye(3)).max()  # [2]
-    return found, float((TURNED + 8.0 * stretched) * (len(travel) + 1) * size)  # [10]
+    return rates, float((TURNED + 8.0 * stretched) * (len(travel) + 1) * size)  # [10]
 
 
 def farthest(shape: Shape, direction: Array) -> Array:
-    """(n,) how far a shape goes in unit directions (n, 3) of its frame [9]."""
+    """Return (n,) the support of a shape in unit directions (n, 3) of its frame [9]."""
     points, radius, cylinder = shape
     reached = (direction @ points.T).max(axis=1)
     if not cylinder:
@@ -347,7 +361,7 @@ def farthest(shape: Shape, direction: Array) -> Array:
 
 
 def assign_witnesses(data: Data, meta: Data, pieces: Array) -> None:
-    """Which pairs are proven apart; of which pair, or in the end of w, and of which part of a piece each witness is."""
+    """Set the proven pairs, and the pair, or w, and the interval of each witness."""
     joint, parts, high, names = data["joint"], data["parts"], data["high"], meta["items"]
     pairs = np.argwhere(np.triu((joint[:, None] != joint) & (np.maximum(joint[:, None], joint) > 0)))
     require(len(pairs) == len(data["left"]), "not every pair is proven apart or left out.")
@@ -364,17 +378,17 @@ def assign_witnesses(data: Data, meta: Data, pieces: Array) -> None:
 
 
 def describe_floor(data: Data, meta: Data, plan: Data) -> str:
-    """Where w is shown to keep the floor, in words, and what was asked for."""
-    of_w, asked = data["pair"] == len(data["pairs"]), float(plan["config"].get("min_manipulability", 0.0))
+    """Return a sentence on where w is shown to exceed the floor, and on the requested floor."""
+    of_w, request = data["pair"] == len(data["pairs"]), float(plan["config"].get("min_manipulability", 0.0))
     low, high, piece, shown = (data[name][of_w] for name in ("low", "high", "piece", "normal"))
     gaps = [f"{low[k]} to {high[k]} of piece {piece[k]}" for k in np.flatnonzero(~shown.any(axis=1))]
     where = "no piece" if not shown.any() else f"every piece but for {', '.join(gaps)}" if gaps else "every piece"
-    said = f"Of w ({meta['rows']}) of {meta['tool link']!r} at least {data['floor']} is shown on {where}"
-    return f"{said}; plan.json asks for {asked}{'' if asked <= data['floor'] else ', which is more'}."
+    shown_floor = f"Of w ({meta['rows']}) of {meta['tool link']!r} at least {data['floor']} is shown on {where}"
+    return f"{shown_floor}; plan.json asks for {request}{'' if request <= data['floor'] else ', which is more'}."
 
 
 def require_witnesses(data: Data, meta: Data, pieces: Array) -> float:
-    """Each witness holds; what rounding took from distances, m."""
+    """Require each witness; return the distance lost to rounding, m."""
     reach, spare = reaches(data, pieces)
     require(spare <= 1e-5, "the numbers are too large for their rounding.")
     for rows in np.array_split(np.arange(len(data["piece"])), len(data["piece"]) // 20_000 + 1):
@@ -390,7 +404,7 @@ def require_witnesses(data: Data, meta: Data, pieces: Array) -> float:
 
 
 def middles(data: Data, pieces: Array, rows: Array) -> tuple[Array, Array]:
-    """Configurations (n, dof) in the middles of the intervals, how far all joints (n, joints) move from there [7]."""
+    """Return configurations (n, dof) in interval middles, and the motions (n, joints) from there [7]."""
     low, high, c = data["low"][rows], data["high"][rows], pieces[data["piece"][rows]]
     middle, off = 0.5 * (low + high), OFF * np.abs(c).sum(axis=1)
     half = np.maximum(high - middle, middle - low)
@@ -402,7 +416,7 @@ def middles(data: Data, pieces: Array, rows: Array) -> tuple[Array, Array]:
 
 
 def gaps_and_motions(data: Data, pieces: Array, reach: Array, rows: Array) -> tuple[Array, Array]:
-    """(n,) each: the width between the planes in the middles of the intervals [9], the motion from there [7], m."""
+    """Return (n,) the gaps between the planes in interval middles [9], and the motions from there [7], m."""
     pair, normal = data["pairs"][data["pair"][rows]], data["normal"][rows].astype(float)
     normal /= np.linalg.norm(normal, axis=1, keepdims=True)  # NaN of none, which shows nothing
     begin = np.unique(data["piece"][rows] + 1j * data["low"][rows], return_inverse=True)[1]
@@ -422,7 +436,7 @@ def gaps_and_motions(data: Data, pieces: Array, reach: Array, rows: Array) -> tu
 
 
 def least_w(data: Data, pieces: Array, reach: Array, spare: float, count: int, rows: Array) -> Array:
-    """(n,) what w of the first rows of the tool's Jacobian is at least on the intervals of witnesses [12]."""
+    """Return (n,) a lower bound on w of the tool Jacobian's first rows on the intervals of witnesses [12]."""
     q, moved = middles(data, pieces, rows)
     turn, origin = frames(data, q)
     order = np.arange(len(reach))
@@ -446,7 +460,7 @@ def least_w(data: Data, pieces: Array, reach: Array, spare: float, count: int, r
 
 
 def apply_urdf(data: Data, meta: Data, file: Path) -> str:
-    """The URDF's joints, tool and shapes take the place of those in the certificate; what that leaves, in words."""
+    """Replace the certificate's joints, tool and shapes by the URDF's; return a sentence on the rest."""
     root: Any = ET.parse(file).getroot()
     joints, unread = {joint.get("name"): joint for joint in root.findall("joint")}, list[str]()
     links = {joint.find("child").get("link"): joint for joint in joints.values()}
@@ -462,7 +476,7 @@ def apply_urdf(data: Data, meta: Data, file: Path) -> str:
         at = at @ origin_in(joint)
         data["turn"][k], data["shift"][k], data["axis"][k] = at[:3, :3], at[:3, 3], axis_of(joint)
         data["prismatic"][k], data["wraps"][row] = kind == "prismatic", data["wraps"][row] and kind == "continuous"
-        most = sum(float(each.get("velocity", "0")) for each in joint.findall("limit")[:1])  # 0: nobody says
+        most = sum(float(each.get("velocity", "0")) for each in joint.findall("limit")[:1])  # 0: unknown
         fast = data["limits"][:1, row] * abs(factor)
         require(most <= 0 or fast <= most * (1 + LIMIT), f"'{name}' may not be that fast in {file}.")
         if kind != "continuous" and not meta["widened"]:
@@ -490,7 +504,7 @@ def apply_urdf(data: Data, meta: Data, file: Path) -> str:
 
 
 def resolve_mimic(joints: Data, name: str) -> tuple[str, float, float]:
-    """The joint that leads ``name`` through all <mimic>, and the factor and zero with which it does."""
+    """Return the joint that leads ``name`` through all <mimic>, and its factor and zero."""
     factor, zero = 1.0, 0.0
     for _ in joints:
         if (mimic := joints[name].find("mimic")) is None:
@@ -501,7 +515,7 @@ def resolve_mimic(joints: Data, name: str) -> tuple[str, float, float]:
 
 
 def locate_link(data: Data, meta: Data, links: Data, link: str) -> tuple[int, Array]:
-    """The number of the joint that carries a link, 0 the base, and where the link is in its frame (4, 4)."""
+    """Return the number of the joint that carries a link, 0 the base, and the link's frame in it (4, 4)."""
     if link not in links:
         return 0, data["base"]
     joint, held = links[link], np.eye(4)
@@ -524,16 +538,16 @@ def axis_of(joint: Any) -> Array:
 
 
 def origin_in(element: Any) -> Array:
-    """Where the origin of a joint or a shape is (4, 4): turned about x, y and z in this order, then shifted."""
-    found = np.eye(4)
+    """Return the origin (4, 4) of a joint or shape: turns about x, y and z in this order, then a shift."""
+    pose = np.eye(4)
     for axis, angle in zip(np.eye(3), read_vector(element.find("origin"), "rpy"), strict=True):
-        found[:3, :3] = rotation(axis, angle) @ found[:3, :3]
-    found[:3, 3] = read_vector(element.find("origin"), "xyz")
-    return found
+        pose[:3, :3] = rotation(axis, angle) @ pose[:3, :3]
+    pose[:3, 3] = read_vector(element.find("origin"), "xyz")
+    return pose
 
 
 def shape_in(shape: Any, file: Path) -> Shape | None:
-    """A shape of the URDF in its own frame; of a mesh the vertices, None where its file is not read here."""
+    """Return a shape of the URDF in its own frame; None for an unreadable mesh."""
     if shape.tag == "box":
         return (np.indices((2, 2, 2)).reshape(3, 8).T - 0.5) * read_vector(shape, "size"), 0.0, False
     if shape.tag in ("sphere", "cylinder", "capsule"):
@@ -553,15 +567,15 @@ def shape_in(shape: Any, file: Path) -> Shape | None:
 
 
 def describe(data: Data, meta: Data, rounding: float, judged: list[str], ends: str, urdf: str) -> str:
-    """What is proven of what, and what is not."""
+    """Return the verdict: the proven statements, and the statements that are only quoted."""
     by_scene, bodies = data["joint"][data["exempt"]].min(axis=1, initial=0) < 0, meta["items"]
     exempt = [f"{bodies[a]!r} and {bodies[b]!r}" for a, b in data["exempt"][np.argsort(by_scene, kind="stable")]]
-    said = [f"the pose of the base {data['base'].tolist()}", "the hashes of robot and scene"]
-    said += ["limits on position that are not those of the robot's files"] * bool(meta["widened"])
-    said += [f"joint {name!r} held at {value!r}" for name, value in meta["held"].items()]
-    said += [f"mesh {name!r} cut into {count!r} slabs" for name, count in meta["cuts"].items()]
-    said += [f"obstacle {name!r}" for name, joint in zip(bodies, data["joint"], strict=True) if joint < 0]
-    said += [f"state {name!r}" for name in meta["states"]]
+    quoted = [f"the pose of the base {data['base'].tolist()}", "the hashes of robot and scene"]
+    quoted += ["limits on position that are not those of the robot's files"] * bool(meta["widened"])
+    quoted += [f"joint {name!r} held at {value!r}" for name, value in meta["held"].items()]
+    quoted += [f"mesh {name!r} cut into {count!r} slabs" for name, count in meta["cuts"].items()]
+    quoted += [f"obstacle {name!r}" for name, joint in zip(bodies, data["joint"], strict=True) if joint < 0]
+    quoted += [f"state {name!r}" for name in meta["states"]]
     motion = f" and of the motion of {np.ptp(data['clock']) / 1e9:g} s" if judged else ""
     return (
         f"Proven: along all of the path of {len(data['path'])} waypoints from "
@@ -573,7 +587,7 @@ def describe(data: Data, meta: Data, rounding: float, judged: list[str], ends: s
         f"{(~by_scene).sum()} pairs that the robot's files list and {by_scene.sum()} that the scene allows: "
         f"{', '.join(exempt) or 'none'}.\n"
         f"{urdf or 'The robot is as the certificate has it, without a URDF.'}\nNot read here, so as the certificate "
-        f"says: {', '.join(said)}.\nNothing is proven of obstacles that move, of the "
+        f"says: {', '.join(quoted)}.\nNothing is proven of obstacles that move, of the "
         "model and its calibration, of the controller, and of conditions and tubes to be kept."
     )
 

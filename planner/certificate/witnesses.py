@@ -1,7 +1,6 @@
-"""Planes that prove pairs of hulls apart along curves: an interval is halved until one in its middle is enough.
+"""Planes that prove hulls apart along curves, by bisection of intervals.
 
-Each witness is kept only where it satisfies the checker's own inequality, by the checker's own functions: what is
-written is what will be accepted.
+Each witness satisfies the checker's own inequality, by the checker's own functions: the checker accepts all of them.
 """
 
 from __future__ import annotations
@@ -13,20 +12,20 @@ import numpy as np
 
 from planner.base.arrays import Bools, Floats, Ints
 from planner.certificate import verify_proof as checker
-from planner.certificate.geometry import Arrays, centers_of, split_shapes
+from planner.certificate.geometry import Arrays, box_centers, split_shapes
 from planner.kinematics.forward import Chain, joint_placements
 from planner.native.compiled import NativeWorld
 
 _DEEPEST = 40  # halvings
 _TOGETHER = 20_000  # witnesses
-_SHORTEST = 1e-6  # of a piece: where w keeps no floor on that much it is not looked at further
-_NARROW = 0.02  # of a piece: from there on it is asked whether halving helps, which takes as long as a half
-_SPARE = 1e-8  # m: beyond what the checker asks, so that shapes read from elsewhere may be rounded otherwise
+_SHORTEST = 1e-6  # share of a curve: below it, a floor under w is given up
+_NARROW = 0.02  # share of a curve: below it, the search first tests whether halving helps, at the price of a half
+_SPARE = 1e-8  # m: beyond the checker's bound, as shapes read from other files may be rounded differently
 
 
 @dataclass(frozen=True, eq=False)
-class Tasks:
-    """Intervals [``low``, ``high``] (n,) of pieces, on which pairs (n,), rows of the arrays, are to be proven apart."""
+class Intervals:
+    """Intervals [``low``, ``high``] (n,) of curves with the pairs (n,) to be proven apart on them."""
 
     piece: Ints
     pair: Ints
@@ -36,31 +35,31 @@ class Tasks:
     def __len__(self) -> int:
         return len(self.piece)
 
-    def of(self, rows: Ints | Bools | slice) -> Tasks:
-        """Some of them."""
-        return Tasks(self.piece[rows], self.pair[rows], self.low[rows], self.high[rows])
+    def take(self, rows: Ints | Bools | slice) -> Intervals:
+        """Return the intervals of these rows."""
+        return Intervals(self.piece[rows], self.pair[rows], self.low[rows], self.high[rows])
 
-    def in_the_middle(self) -> Tasks:
-        """Their middles alone."""
+    def middles(self) -> Intervals:
+        """Return the middles as intervals of no length."""
         middle = 0.5 * (self.low + self.high)
-        return Tasks(self.piece, self.pair, middle, middle)
+        return Intervals(self.piece, self.pair, middle, middle)
 
     @staticmethod
-    def joined(parts: list[Tasks]) -> Tasks:
-        """All of them."""
-        return Tasks(*(np.concatenate([getattr(part, key) for part in parts]) for key in vars(parts[0])))
+    def concatenate(groups: list[Intervals]) -> Intervals:
+        """Return the intervals of all groups."""
+        return Intervals(*(np.concatenate([getattr(group, key) for group in groups]) for key in vars(groups[0])))
 
-    def halves(self) -> Tasks:
-        """Both halves of each."""
+    def halves(self) -> Intervals:
+        """Return both halves of each interval."""
         middle = 0.5 * (self.low + self.high)
         low, high = np.concatenate([self.low, middle]), np.concatenate([middle, self.high])
-        return Tasks(np.tile(self.piece, 2), np.tile(self.pair, 2), low, high)
+        return Intervals(np.tile(self.piece, 2), np.tile(self.pair, 2), low, high)
 
 
 class Search:
-    """Looks for witnesses of ``pairs`` (p, 2) of items along ``pieces`` (m, 6, dof), and of the floor.
+    """The search for witnesses of ``pairs`` (p, 2) along ``pieces`` (m, 6, dof), and of the floor.
 
-    ``rows`` is how many of the Jacobian's count for w.
+    ``rows`` is the number of the Jacobian's rows that w is of.
     """
 
     def __init__(self, chain: Chain, arrays: Arrays, pairs: Ints, pieces: Floats, rows: int) -> None:
@@ -68,51 +67,52 @@ class Search:
         self._arrays = arrays | {"pairs": pairs, "shapes": split_shapes(arrays)}
         self._native, self._numbers = _native(chain, self._arrays)
         self._joint = np.maximum(arrays["joint"], 0)
-        self._middles = centers_of(self._arrays["shapes"])
+        self._middles = box_centers(self._arrays["shapes"])
         self._reach, self._spare = checker.reaches(self._arrays, pieces)
 
     def run(self) -> tuple[Arrays, Bools]:
-        """The witnesses' arrays, and which pairs (p,) no plane between hulls proves apart."""
+        """Return the witnesses' arrays, and the pairs (p,) that no plane between hulls proves apart."""
         pairs = len(self._numbers)
         piece, pair = (grid.ravel() for grid in np.indices((len(self._pieces), pairs)))
-        tasks = Tasks(piece, pair, np.zeros(len(piece)), np.ones(len(piece)))
+        tasks = Intervals(piece, pair, np.zeros(len(piece)), np.ones(len(piece)))
         lost = np.zeros(pairs, dtype=bool)
-        found: list[tuple[Tasks, Any]] = [(tasks.of(slice(0)), np.zeros((0, 3)))]
+        witnesses: list[tuple[Intervals, Any]] = [(tasks.take(slice(0)), np.zeros((0, 3)))]
         for depth in range(_DEEPEST):
-            normal, holds, hopeless = self._look(tasks, close_only=depth > 0)
-            found.append((tasks.of(holds), normal[holds]))
+            normal, holds, hopeless = self._find_planes(tasks, close_only=depth > 0)
+            witnesses.append((tasks.take(holds), normal[holds]))
             lost[tasks.pair[hopeless]] = True
-            tasks = tasks.of(~holds & ~lost[tasks.pair]).halves()
+            tasks = tasks.take(~holds & ~lost[tasks.pair]).halves()
             if not len(tasks):
                 break
         lost[tasks.pair] = True
         floor, claims = self._floor()
-        joined = Tasks.joined([*(part for part, _ in found), floor])
-        normals = np.concatenate([*(part for _, part in found), claims])
-        return _as_parts(joined, normals, np.append(lost, False), len(self._pieces)), lost
+        intervals = Intervals.concatenate([*(each for each, _ in witnesses), floor])
+        normals = np.concatenate([*(each for _, each in witnesses), claims])
+        return _pack(intervals, normals, np.append(lost, False), len(self._pieces)), lost
 
-    def _floor(self) -> tuple[Tasks, Any]:
-        """Intervals that cover all pieces, and normals (n, 3): of those on which w is not shown to keep its floor 0."""
+    def _floor(self) -> tuple[Intervals, Any]:
+        """Return intervals that cover all curves, and normals (n, 3): 0 where the floor is not shown."""
         count, floor = len(self._pieces), float(self._arrays["floor"]) * (1.0 + _SPARE)
-        tasks = Tasks(np.arange(count), np.full(count, len(self._numbers)), np.zeros(count), np.ones(count))
-        found, kept = [tasks.of(slice(0))], [np.zeros(0, dtype=bool)]
+        tasks = Intervals(np.arange(count), np.full(count, len(self._numbers)), np.zeros(count), np.ones(count))
+        groups, claims = [tasks.take(slice(0))], [np.zeros(0, dtype=bool)]
         while len(tasks):
             least, width = self._least_w(tasks), tasks.high - tasks.low
             holds = (least >= floor) & (floor > 0)
             deeper = ~holds & (width > _SHORTEST) & (floor > 0)
             narrow = np.flatnonzero(deeper & (width < _NARROW))
-            w = self._least_w(tasks.of(narrow).in_the_middle())
-            deeper[narrow] = 2.0 * w - least[narrow] >= floor  # of the others no part will hold
-            found.append(tasks.of(~deeper))
-            kept.append(holds[~deeper])
-            tasks = tasks.of(deeper).halves()
-        joined, shown = Tasks.joined(found), np.concatenate(kept)
-        order = np.lexsort((joined.low, joined.piece))
-        joined, shown = joined.of(order), shown[order]
-        last = np.append((np.diff(joined.piece) > 0) | shown[1:] | shown[:-1], True)  # of parts that are one
-        return joined.of(last), np.outer(shown[last], [0.0, 0.0, 1.0])
+            w = self._least_w(tasks.take(narrow).middles())
+            deeper[narrow] = 2.0 * w - least[narrow] >= floor  # no half of the others will hold
+            groups.append(tasks.take(~deeper))
+            claims.append(holds[~deeper])
+            tasks = tasks.take(deeper).halves()
+        intervals, shown = Intervals.concatenate(groups), np.concatenate(claims)
+        order = np.lexsort((intervals.low, intervals.piece))
+        intervals, shown = intervals.take(order), shown[order]
+        # neighbours without a claim become one interval
+        last = np.append((np.diff(intervals.piece) > 0) | shown[1:] | shown[:-1], True)
+        return intervals.take(last), np.outer(shown[last], [0.0, 0.0, 1.0])
 
-    def _least_w(self, tasks: Tasks) -> Floats:
+    def _least_w(self, tasks: Intervals) -> Floats:
         data = self._arrays | vars(tasks)
         return np.concatenate(
             [
@@ -121,27 +121,27 @@ class Search:
             ]
         )
 
-    def _look(self, tasks: Tasks, close_only: bool) -> tuple[Floats, Bools, Bools]:
-        """Normals (n, 3), which of them are witnesses, and which tasks no part of an interval will fulfil."""
+    def _find_planes(self, tasks: Intervals, close_only: bool) -> tuple[Floats, Bools, Bools]:
+        """Return normals (n, 3), which are witnesses, and which tasks are hopeless on every subinterval."""
         rotation, position, row = self._placements(tasks)
         normal = self._between_middles(tasks, rotation, position, row)
-        apart, need = self._judged(tasks, normal)
+        apart, need = self._evaluate(tasks, normal)
         enough = self._arrays["margin"] + checker.ROUNDED * need + self._spare + _SPARE
         holds, hopeless = apart > enough, np.zeros(len(tasks), dtype=bool)
         near = np.flatnonzero(~holds & (enough < np.linalg.norm(normal, axis=1)))
         if len(near):
-            asked = self._native.planes(
+            planes = self._native.planes(
                 rotation, position, row[near], self._numbers[tasks.pair[near]], enough[near] + _SPARE
             )
-            found = np.where(asked.any(axis=1, keepdims=True), asked, [0.0, 0.0, 1.0])
-            normal[near] = found / np.linalg.norm(found, axis=1, keepdims=True)
-            apart = self._judged(tasks.of(near), normal[near])[0]
+            planes = np.where(planes.any(axis=1, keepdims=True), planes, [0.0, 0.0, 1.0])
+            normal[near] = planes / np.linalg.norm(planes, axis=1, keepdims=True)
+            apart = self._evaluate(tasks.take(near), normal[near])[0]
             holds[near] = apart > enough[near]
             hopeless[near] = apart <= (enough - need)[near]
         return normal, holds, hopeless
 
-    def _placements(self, tasks: Tasks) -> tuple[Floats, Floats, Ints]:
-        """Rotations and positions of the joints in the middles of intervals, each once, and which is each task's."""
+    def _placements(self, tasks: Intervals) -> tuple[Floats, Floats, Ints]:
+        """Return the distinct placements of the joints at interval middles, and the row of each task."""
         middle = 0.5 * (tasks.low + tasks.high)
         place, row = np.unique(tasks.piece + 0.5 * middle, return_inverse=True)
         first = np.empty(len(place), dtype=np.int64)
@@ -151,8 +151,8 @@ class Search:
             q = q * s + self._pieces[tasks.piece[first], k]
         return *joint_placements(self._chain, q), row
 
-    def _between_middles(self, tasks: Tasks, rotation: Floats, position: Floats, row: Ints) -> Floats:
-        """Vectors (n, 3) between the middles of what encloses the pairs."""
+    def _between_middles(self, tasks: Intervals, rotation: Floats, position: Floats, row: Ints) -> Floats:
+        """Return vectors (n, 3) between the centers of the pairs' boxes."""
         first, second = (
             (rotation[self._joint[item], row] @ self._middles[item][:, :, None])[:, :, 0]
             + position[self._joint[item], row]
@@ -161,8 +161,8 @@ class Search:
         between = second - first
         return np.where(np.linalg.norm(between, axis=1, keepdims=True) > 1e-5, between, [0.0, 0.0, 1e-5])
 
-    def _judged(self, tasks: Tasks, normal: Floats) -> tuple[Floats, Floats]:
-        """How far apart the planes are, and how far the pairs move (n,), as the checker has it."""
+    def _evaluate(self, tasks: Intervals, normal: Floats) -> tuple[Floats, Floats]:
+        """Return the distances of the planes and the motions of the pairs (n,), as the checker does."""
         data = self._arrays | vars(tasks) | {"normal": normal.astype(np.float32)}
         parts = [
             checker.gaps_and_motions(data, self._pieces, self._reach, rows)
@@ -173,10 +173,10 @@ class Search:
 
 
 def _native(chain: Chain, arrays: Arrays) -> tuple[NativeWorld, Ints]:
-    """The items in the compiled library, and the numbers (p,) that the pairs have there."""
+    """Return the items in the compiled library, and the numbers (p,) of the pairs there."""
     native, bodies = NativeWorld(chain.native, 0.0), int((arrays["joint"] >= 0).sum())
     for item, ((points, radius, cylinder), middle) in enumerate(
-        zip(arrays["shapes"], centers_of(arrays["shapes"]), strict=True)
+        zip(arrays["shapes"], box_centers(arrays["shapes"]), strict=True)
     ):
         joint = int(arrays["joint"][item])
         far = np.linalg.norm(points - middle, axis=1).max() + radius
@@ -201,14 +201,14 @@ def _native(chain: Chain, arrays: Arrays) -> tuple[NativeWorld, Ints]:
     return native, numbers
 
 
-def _as_parts(tasks: Tasks, normal: Any, lost: Bools, pieces: int) -> Arrays:
-    """The witnesses of the pairs that are proven, in the order of pairs, pieces and intervals, as the file has them.
+def _pack(tasks: Intervals, normal: Any, lost: Bools, pieces: int) -> Arrays:
+    """Return the witnesses of the proven pairs as the file has them, sorted by pair, piece and interval.
 
-    Each begins where the one before it ends, so that only the ends are kept, and how many there are of each.
+    Each begins where the one before it ends, so the file has only the ends, and the number of each.
     """
     order = np.lexsort((tasks.low, tasks.piece, tasks.pair))
     order = order[~lost[tasks.pair[order]]]
-    kept = tasks.of(order)
-    parts = np.zeros((len(lost), pieces), dtype=np.int32)
-    np.add.at(parts, (kept.pair, kept.piece), 1)
-    return {"parts": parts[~lost], "high": kept.high, "normal": normal[order].astype(np.float32)}
+    proven = tasks.take(order)
+    counts = np.zeros((len(lost), pieces), dtype=np.int32)
+    np.add.at(counts, (proven.pair, proven.piece), 1)
+    return {"parts": counts[~lost], "high": proven.high, "normal": normal[order].astype(np.float32)}

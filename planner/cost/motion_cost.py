@@ -1,4 +1,4 @@
-"""What straight motions cost, as the network of a roadmap charges them, before they are edges of one."""
+"""Costs of straight motions, as the network of a roadmap charges its edges."""
 
 from __future__ import annotations
 
@@ -17,11 +17,11 @@ from planner.native.compiled import Charge
 from planner.problem.request import Objective
 from planner.robot.robot import Robot
 
-LONGEST = 2.0  # rad: longer motions take no part in refinement
+LONGEST = 2.0  # rad: refinement ignores longer motions
 
 
 class MeasuredEdges(Protocol):
-    """What is kept of edges (m,): lengths in rad and metres, w along them, and each of the ``COSTS`` on ``scale``."""
+    """Edges (m,) with lengths in rad and m, w along them, and the mean of each of ``COSTS`` on ``scale``."""
 
     @property
     def scale(self) -> CostScale: ...
@@ -37,12 +37,12 @@ class MeasuredEdges(Protocol):
 
 @dataclass(frozen=True, eq=False)
 class MotionCost:
-    """What straight motions cost under an :class:`Objective`, as ``planning.network.build_network`` charges.
+    """The cost of straight motions under an :class:`Objective`, as ``search.network.build_network``.
 
     The length is divided by the longest edge of the roadmap that ``scale`` was measured on; omega is integrated along
-    the motion and multiplied by that, or with ``cost_integration`` "nodes" that of the state it leads to. Infinite for
-    motions with a state below the floor, where a continuous joint turns by half a turn or more, and unless beta is 1
-    for those longer than ``longest``. ``states``: in how many, at least, w is looked at along each.
+    the motion and multiplied by that length, or with ``charge`` "nodes" it is that of the end. Infinite for motions
+    with a state below the floor, where a continuous joint turns by half a turn or more, and unless beta is 1 for those
+    longer than ``longest``. ``states``: the least number of states at which w is evaluated along each.
     """
 
     robot: Robot
@@ -53,31 +53,32 @@ class MotionCost:
 
     @staticmethod
     def from_length(robot: Robot) -> MotionCost:
-        """What motions cost that are to be short: how far all joints together go (rad)."""
+        """Return the cost of motions that should be short: the length of the joint motion (rad)."""
         unit = CostScale(w_low=1.0, w_high=2.0, joint_length=1.0, tool_length=1.0, zeta=0.0)
         return MotionCost(robot, unit, Objective(1.0), longest=np.inf)
 
     def above(self, floor: float) -> MotionCost:
-        """The same with another floor under w."""
+        """Return the cost with another floor under w."""
         return replace(self, objective=replace(self.objective, floor=floor))
 
     @property
     def for_pieces(self) -> MotionCost:
-        """The same without the least length that an edge is charged: pieces of a motion cost together what it does.
+        """The cost without the least length of an edge: that of a motion is the sum over its parts.
 
-        That length is zeta, and omega is zeta + (1 - zeta) of what it is from 0 on: beta takes the first part of it.
+        The least length is zeta, and omega is zeta + (1 - zeta) times its value for zeta 0: beta absorbs the first
+        term.
         """
         beta, zeta = self.objective.beta, self.scale.zeta
         whole = replace(self.objective, beta=beta + (1.0 - beta) * zeta)
         return replace(self, scale=replace(self.scale, zeta=0.0), objective=whole)
 
     def __call__(self, a: Floats, b: Floats) -> Floats:
-        """(k,) costs from configurations ``a`` (k, dof) to ``b`` (k, dof), angles unwound."""
+        """Return (k,) costs from configurations ``a`` (k, dof) to ``b`` (k, dof), angles unwound."""
         return self.charge.costs(a, b)
 
     @cached_property
     def charge(self) -> Charge:
-        """The same for the compiled library."""
+        """The same cost for the compiled library."""
         scale, objective = self.scale, self.objective
         by_joints = objective.metric == "joint"
         unit, chord = (scale.joint_length, 0.0) if by_joints else (scale.tool_length, TOOL_ALONG_EDGE)
@@ -97,10 +98,7 @@ class MotionCost:
         )
 
     def charge_edges(self, edges: MeasuredEdges) -> Floats:
-        """(m,) costs of a roadmap's edges from their first node to their second, from what it keeps of them.
-
-        Their scale is this one.
-        """
+        """Return (m,) costs of a roadmap's edges of this scale, from their first node to their second."""
         assert self.scale == edges.scale
         objective, w = self.objective, edges.edge_manipulability
         cost = distance = length_cost(self.scale, objective.metric, edges.joint_length, edges.tool_length)

@@ -3,7 +3,7 @@
     planner.figures.motion(plan).savefig("motion.pdf")
 
 Sizes and fonts are those of a journal's column; set_size_inches changes the size. Lines differ by dash and marker as
-well as by shade, so that a black and white print is readable.
+well as by shade, for black and white prints.
 """
 
 from planner.base.errors import InstallationError

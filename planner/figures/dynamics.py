@@ -1,4 +1,4 @@
-"""How the states of the dynamics settle. A door to matplotlib."""
+"""Figures of the states of the dynamics; imports matplotlib."""
 
 import math
 from collections.abc import Mapping
@@ -13,27 +13,27 @@ from planner.base.errors import OptionError
 from planner.figures.style import PAGE, journal, label_axes, sheet, single, stroke
 
 _SHOWN = 40
-_FLOOR = 1e-10  # smaller errors are drawn here: a log axis has no zero
+_FLOOR = 1e-10  # smaller errors are drawn as this one: a log axis has no zero
 _DEADLINE: dict[str, Any] = {"color": "black", "linewidth": 1.4, "linestyle": "-"}
 _SETTLED: dict[str, Any] = {"color": "black", "linewidth": 1.1, "linestyle": (0, (1, 1.5))}
 
 
 @journal
 def convergence(results: Mapping[str, gabf.CostToGo], nodes: Ints | None = None, unit: str = "no unit") -> Figure:
-    """x_i(t) of some nodes, one panel a result by label, with T_p and the settling time; x_i* are the end points.
+    """Draw x_i(t) of some nodes, one panel per result by label, with T_p and the settling time.
 
-    ``nodes``: the nodes to draw, 40 spread over the range of x* where left out. A light line ends low, a dark one
-    high. ``unit`` is that of the network's costs. Raises :class:`OptionError` for a result that was solved without
-    ``save``.
+    x_i* are the end points. ``nodes``: the nodes to draw, by default 40 spread over the range of x*. A light line ends
+    low, a dark one high. ``unit`` is that of the network's costs. Raises :class:`OptionError` for a result that was
+    solved without ``save``.
     """
     columns = min(2, len(results))
     rows = math.ceil(len(results) / columns)
     figure = sheet(0.5 * PAGE * columns, 2.3 * rows)
     panels = figure.subplots(rows, columns, squeeze=False).ravel()
     for axes, (label, result) in zip(panels, results.items(), strict=False):
-        course = _history(label, result)
+        history = _history(label, result)
         chosen = _spread_nodes(result.x) if nodes is None else np.asarray(nodes)
-        t, x, deadline = course.t, course.x[:, chosen], result.law.prescribed_time
+        t, x, deadline = history.t, history.x[:, chosen], result.law.prescribed_time
         if deadline is not None:  # until then settled nodes rest
             t, x = np.append(t, deadline), np.vstack([x, x[-1:]])
         for k, column in enumerate(x.T):
@@ -55,18 +55,18 @@ def convergence(results: Mapping[str, gabf.CostToGo], nodes: Ints | None = None,
 
 @journal
 def error_decay(results: Mapping[str, gabf.CostToGo], unit: str = "no unit") -> Figure:
-    """Largest |x_i - x_i*| over the nodes against t, on a log axis; T_p is stroke_with_markers where a result has one.
+    """Draw the largest |x_i - x_i*| over the nodes against t on a log axis, with T_p.
 
     x* is Dijkstra's; an error below 1e-10 is drawn there. The time axis ends at one and a half of the latest T_p, if
     any result has one. Raises :class:`OptionError` for a result that was solved without ``save``.
     """
     figure, axes = single(0.6 * PAGE, 2.6, "time $t$ (s)", f"largest $|x_i - x_i^*|$ ({unit})")
     for k, (label, result) in enumerate(results.items()):
-        course = _history(label, result)
+        history = _history(label, result)
         x_star = gabf.oracle(result.network)
         known = np.isfinite(x_star)
-        error = np.abs(course.x[:, known] - x_star[known]).max(axis=1)
-        axes.semilogy(course.t, np.maximum(error, _FLOOR), label=label, **stroke(k))
+        error = np.abs(history.x[:, known] - x_star[known]).max(axis=1)
+        axes.semilogy(history.t, np.maximum(error, _FLOOR), label=label, **stroke(k))
     deadlines = sorted({r.law.prescribed_time for r in results.values() if r.law.prescribed_time is not None})
     for T in deadlines:
         axes.axvline(T, label=f"$T_p = {T:g}$ s", **_DEADLINE)
@@ -82,6 +82,6 @@ def _history(label: str, result: gabf.CostToGo) -> gabf.FieldHistory:
 
 
 def _spread_nodes(x: Floats) -> Ints:
-    """Up to 40 nodes, their final states ascending and spread evenly by rank."""
+    """Return up to 40 nodes, their final states ascending and spread evenly by rank."""
     order = np.argsort(x, kind="stable")[: int(np.isfinite(x).sum())]
     return order[np.unique(np.linspace(0, len(order) - 1, _SHOWN).round().astype(np.int64))]

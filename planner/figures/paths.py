@@ -1,4 +1,4 @@
-"""What happens along paths and motions, and what they cost. A door to matplotlib."""
+"""Figures of paths, motions and their costs; imports matplotlib."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
@@ -36,17 +36,17 @@ from planner.trajectory.trajectory import Trajectory
 
 Drawn: TypeAlias = Plan | Trajectory | Floats
 Shown: TypeAlias = Tradeoff | Drawn | Mapping[str, Drawn]
-"""Every path of a trade-off; a plan, a motion or a path (k, dof) rad; or several of these by the label they get."""
+"""Every path of a trade-off; a plan, a motion or a path (k, dof) rad; or several of these by their labels."""
 Over: TypeAlias = Literal["path", "time"]
 Curve: TypeAlias = tuple[Floats, Floats]
 
 _ABSCISSA: dict[Over, str] = {"path": "joint motion from the start (rad)", "time": "time (s)"}
-_MOMENTS = 2001  # at which a motion is drawn: at a column's width, about as many as a printer has dots
+_MOMENTS = 2001  # times at which a motion is drawn: about a printer's dots on a column
 
 
 @dataclass(frozen=True)
 class DrawnPath:
-    """A joint path (k, dof) to draw with its label and its world, and the motion along it, if there is one."""
+    """A joint path (k, dof) to draw, with its label, its world, and its motion, if any."""
 
     label: str
     checker: CollisionChecker
@@ -54,7 +54,7 @@ class DrawnPath:
     motion: Trajectory | None = None
 
     def states(self, over: Over, moments: int = _MOMENTS) -> Curve:
-        """Where along the axis (n,), rad or s, and the configuration (n, dof) there."""
+        """Return the abscissa (n,), rad or s, and the configurations (n, dof) there."""
         if over == "path":
             q = dense_path(self.path)
             return lengths_along(q), q
@@ -63,7 +63,7 @@ class DrawnPath:
         return t, motion.at(t)
 
     def clearance(self, over: Over) -> Curve:
-        """Where along the axis (n,), and the distance (n,) m of the nearest thing there; in time what moves counts."""
+        """Return the abscissa (n,), and the distance (n,) m of the nearest item; in time what moves counts."""
         if over == "path":
             q, clearance = path_clearance(self.checker, self.path)
             return lengths_along(q), clearance
@@ -72,29 +72,30 @@ class DrawnPath:
 
 
 def paths_to_draw(shown: Shown, checker: CollisionChecker | None = None) -> list[DrawnPath]:
-    """What ``shown`` holds to draw, with ``checker`` as the world of what comes without one."""
+    """Return the paths of ``shown``, with ``checker`` as the world of those that have none."""
     if isinstance(shown, Tradeoff):
         return [DrawnPath(f"$\\beta$ {i.betas}", shown.checker, i.path) for i in intervals_of(shown)]
     items = shown if isinstance(shown, Mapping) else {"": shown}
-    return [_way(label, thing, checker) for label, thing in items.items()]
+    return [_make_path(label, item, checker) for label, item in items.items()]
 
 
-def _way(label: str, thing: Drawn, checker: CollisionChecker | None) -> DrawnPath:
-    if isinstance(thing, Plan):
-        path, checker, motion = thing.path, thing.checker, thing.trajectory
+def _make_path(label: str, item: Drawn, checker: CollisionChecker | None) -> DrawnPath:
+    """Return an item as a path to draw."""
+    if isinstance(item, Plan):
+        path, checker, motion = item.path, item.checker, item.trajectory
     elif checker is None:
-        raise OptionError("a path alone has no robot and no scene: add checker=planner.make_checker(robot, scene).")
-    elif isinstance(thing, Trajectory):
-        path, motion = thing.at(np.linspace(thing.times[0], thing.times[-1], _MOMENTS)), thing
+        raise OptionError("a path needs a robot and a scene: add checker=planner.make_checker(robot, scene).")
+    elif isinstance(item, Trajectory):
+        path, motion = item.at(np.linspace(item.times[0], item.times[-1], _MOMENTS)), item
     else:
-        path, motion = numbers("path", thing, ("k", checker.robot.dof)), None
+        path, motion = numbers("path", item, ("k", checker.robot.dof)), None
     if not len(path):
         raise OptionError(f"{label or 'the plan'} has no path to draw: leave it out.")
     return DrawnPath(label, checker, path, motion)
 
 
 def require_motion(motion: Trajectory | None) -> Trajectory:
-    """The motion; :class:`OptionError` where there is none."""
+    """Return the motion; :class:`OptionError` if there is none."""
     if motion is None:
         raise OptionError("a path has no motion to draw: make one with planner.time_path(path, checker).")
     return motion
@@ -102,13 +103,13 @@ def require_motion(motion: Trajectory | None) -> Trajectory:
 
 @journal
 def manipulability(shown: Shown, over: Over = "path", checker: CollisionChecker | None = None) -> Figure:
-    """w along paths, over the joint motion so far (rad) or, along motions, ``over`` time (s).
+    """Draw w along paths over the joint motion (rad) or, along motions, ``over`` time (s).
 
         planner.figures.manipulability(plan).savefig("w.pdf")
         planner.figures.manipulability({"fast": plan, "good": other}, over="time")
 
-    A ``checker`` is the world of a path (k, dof) or a trajectory that comes without one. w is drawn every 0.01 rad.
-    Raises :class:`OptionError` where there is no path, and over time where there is no motion.
+    A ``checker`` is the world of a path (k, dof) or a trajectory that has none. w is drawn every 0.01 rad. Raises
+    :class:`OptionError` where there is no path, and over time where there is no motion.
     """
 
     def w_of(way: DrawnPath) -> Curve:
@@ -121,18 +122,18 @@ def manipulability(shown: Shown, over: Over = "path", checker: CollisionChecker 
 
 @journal
 def clearance(shown: Shown, over: Over = "path", checker: CollisionChecker | None = None) -> Figure:
-    """Distance (m) of the nearest checked thing along paths, every centimetre of motion, or ``over`` time.
+    """Draw the distance (m) of the nearest thing along paths, every 1 cm of motion, or ``over`` time.
 
         planner.figures.clearance(plan).savefig("clearance.pdf")
 
-    Arguments and errors as of :func:`manipulability`. Over time obstacles that move are where they are then; along a
-    path only what stands still counts.
+    Arguments and errors as of :func:`manipulability`. Over time moving obstacles are at their positions of that time;
+    along a path only fixed ones count.
     """
     return _profile(paths_to_draw(shown, checker), over, "clearance (m)", lambda way: way.clearance(over))
 
 
 def w_label(robot: Robot) -> str:
-    """The name of the robot's measure at an axis, with its unit."""
+    """Return the axis label of the robot's measure, with its unit."""
     name = "manipulability $w$" if robot.measure == DEFAULT_MEASURE else measure_name(robot.measure)
     return f"{name} ({unit_of(robot) or 'no unit'})"
 
@@ -152,26 +153,26 @@ def _profile(drawn: list[DrawnPath], over: Over, label: str, curve: Callable[[Dr
 
 
 def _look(k: int, count: int) -> dict[str, Any]:
-    """The look of the k-th of ``count`` lines; where they are many they differ in lightness, from the first dark on."""
+    """Return the look of the k-th of ``count`` lines; many lines differ in lightness, from dark to light."""
     look = {"linestyle": "-", "color": "black"} if count == 1 else stroke_with_markers(k, every=0.24)
     return look | {"color": RAMP(0.8 * k / (count - 1))} if count > 4 else look
 
 
 _ROWS = "$q$ ({})", "$\\dot q$ ({}/s)", "$\\ddot q$ ({}/s²)", "jerk $\\dddot q$ ({}/s³)"
 _MARGIN = 0.022  # of the duration: between the marks of two joints in the margin
-_LETTERS = 60.0  # that a legend has room for
+_LETTERS = 60.0  # the width of a legend
 _NOTE: dict[str, Any] = {"color": "0.4", "fontsize": SMALL, "ha": "center", "va": "center"}
 
 
 @journal
 def motion(shown: Plan | TaskPlan | Trajectory, robot: Robot | None = None) -> Figure:
-    """Position, velocity, acceleration and jerk of every joint over time (s), each against its limits.
+    """Draw position, velocity, acceleration and jerk of every joint over time (s), with limits.
 
         planner.figures.motion(plan).savefig("motion.pdf")
 
     Thin lines are limits; in the margin on the right the mark of each joint stands at its own. Limits of positions are
-    those of the ``robot``, which a plan has by itself. A limit more than three times beyond a row's curves is left
-    out, and the row says so. Raises :class:`OptionError` where there is no motion.
+    those of the ``robot``, which a plan has. A limit more than three times beyond a row's curves is left out, and the
+    row says so. Raises :class:`OptionError` where there is no motion.
     """
     if not isinstance(shown, Trajectory):
         shown, robot = require_motion(shown.trajectory), shown.robot
@@ -189,22 +190,22 @@ def motion(shown: Plan | TaskPlan | Trajectory, robot: Robot | None = None) -> F
     label_axes(rows[-1], "time (s)", rows[-1].get_ylabel())
     rows[-1].set_xlim(t[0], t[-1] + (t[-1] - t[0]) * _MARGIN * (1 + len(shown.joints)))
     rows[-1].set_xticks([tick for tick in rows[-1].get_xticks() if t[0] <= tick <= t[-1]])
-    same, names = _shortened(shown.joints)
+    same, names = _shorten_names(shown.joints)
     look: dict[str, Any] = {"handlelength": 2.4, "handletextpad": 0.4, "columnspacing": 0.9, "title": same}
     look["ncols"] = max(1, int(_LETTERS / (7 + max(map(len, names)))))
     figure.legend(rows[0].get_lines()[: len(names)], names, loc="outside upper center", **look)
     return figure
 
 
-def _shortened(names: tuple[str, ...]) -> tuple[str, list[str]]:
-    """The letters that all names begin with, and what is left of each; none where that would leave nothing of one."""
+def _shorten_names(names: tuple[str, ...]) -> tuple[str, list[str]]:
+    """Return the common prefix of all names, and the rest of each; no prefix if a rest would be empty."""
     alike = [len(set(letters)) == 1 for letters in zip(*names, strict=False)]
     count = [*alike, False].index(False) % min(map(len, names))
     return f"{names[0][:count]}…" if count else "", [name[count:] for name in names]
 
 
 def _limits(trajectory: Trajectory, robot: Robot | None, order: int) -> Floats:
-    """(2, dof) least and largest value that each joint may have; infinite where nothing says so."""
+    """Return (2, dof) the least and largest value of each joint; infinite if unknown."""
     if order and trajectory.limits is not None:
         most = getattr(trajectory.limits, KINDS[order - 1])
         return np.stack([-most, most])
@@ -214,7 +215,7 @@ def _limits(trajectory: Trajectory, robot: Robot | None, order: int) -> Floats:
 
 
 def _draw_limits(axes: Axes, limits: Floats, values: Floats, t: Floats) -> Floats:
-    """Draw the limits (2, dof) that are near the ``values`` (n, dof); those that are drawn."""
+    """Draw the limits (2, dof) that are near the ``values`` (n, dof); return these."""
     near = np.isfinite(limits) & (np.abs(limits) <= 3.0 * float(np.abs(values).max()))
     apart, dof = _MARGIN * (t[-1] - t[0]), limits.shape[1]
     axes.axvspan(t[-1], t[-1] + 2.0 * dof * apart, color="0.94", zorder=0)
@@ -239,12 +240,12 @@ Row: TypeAlias = Literal["cost", "duration", "w", "clearance"]
 
 @journal
 def pareto_front(tradeoff: Tradeoff) -> Figure:
-    """The paths of a trade-off in the plane of their two costs, each with the betas it is optimal for.
+    """Draw the paths of a trade-off in the plane of their two costs, each with its betas.
 
         planner.figures.pareto_front(tradeoff).savefig("front.pdf")
 
-    The line is the lower convex hull, which is all that beta can reach. Raises
-    :class:`OptionError` where there is no path.
+    The line is the lower convex hull, which is all that beta can reach. Raises :class:`OptionError` where there is no
+    path.
     """
     intervals = intervals_of(tradeoff)
     figure, axes = single(COLUMN, 2.8, OMEGA, DISTANCE)
@@ -267,12 +268,12 @@ def pareto_front(tradeoff: Tradeoff) -> Figure:
 
 @journal
 def over_beta(tradeoff: Tradeoff, rows: Sequence[Row] = ("cost", "duration", "w", "clearance")) -> Figure:
-    """What every beta gets: the least cost, and of its path the duration (s), the smallest w and clearance (m).
+    """Draw the least cost, and duration (s), smallest w and clearance (m) of its path over beta.
 
         planner.figures.over_beta(tradeoff).savefig("beta.pdf")
         planner.figures.over_beta(tradeoff, rows=["duration"])
 
-    All betas of an interval have one path, so a row is made of steps; cost is the least of the thin lines, which are
+    All betas of an interval have one path, so a row consists of steps; cost is the least of the thin lines, which are
     the paths: (1 - beta) Omega + beta D. The grey band is the knee. Raises :class:`OptionError` where there is no path,
     and for a row that has no numbers, as durations without motions.
     """
@@ -304,7 +305,7 @@ def over_beta(tradeoff: Tradeoff, rows: Sequence[Row] = ("cost", "duration", "w"
 
 
 def intervals_of(tradeoff: Tradeoff) -> tuple[Interval, ...]:
-    """The intervals; :class:`OptionError` where there is none."""
+    """Return the intervals; :class:`OptionError` if there are none."""
     if not tradeoff.intervals:
         raise OptionError(f"the trade-off has no path to draw: {tradeoff.outcome.value}")
     return tradeoff.intervals

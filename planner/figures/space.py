@@ -1,6 +1,6 @@
-"""The configuration space of an arm with two joints: collisions, singular places, fields and how they heal.
+"""Figures of the configuration space of an arm with two joints: collisions, singularities, fields.
 
-A door to matplotlib.
+This module imports matplotlib.
 """
 
 from collections.abc import Mapping
@@ -37,15 +37,15 @@ def configuration_space(
     lost: Ints | None = None,
     resolution: int = 121,
 ) -> Figure:
-    """The roadmap in the plane of the two joints, its nodes shaded by ``cost_to_go`` (n,), and a ``path`` (k, 2).
+    """Draw the roadmap in the plane of the two joints, with nodes shaded by ``cost_to_go`` (n,).
 
         planner.figures.configuration_space(plan.checker, plan.roadmap, plan.node_costs, plan.path)
 
-    Several fields by their labels get a panel each, shaded alike, and the path is in the last one. Nodes that are not
-    yet what they are in the field ``settled`` (n,) have red rims; edges ``lost`` (k,) are red. Hatched: in collision,
-    by asking the checker on a grid of ``resolution`` x ``resolution``. Dash-dotted: singular, where the determinant of
-    the Jacobian changes its sign. Nodes that reach no goal are grey. Raises :class:`OptionError` for a robot that has
-    not two joints and a Jacobian of two rows.
+    Several fields by their labels get a panel each, shaded alike, and the ``path`` (k, 2) is in the last one. Nodes
+    that differ from the field ``settled`` (n,) have red rims; edges ``lost`` (k,) are red. Hatched: in collision, by
+    the checker on a grid of ``resolution`` x ``resolution``. Dash-dotted: singular, where the determinant of the
+    Jacobian changes its sign. Nodes that reach no goal are grey. Raises :class:`OptionError` for a robot without two
+    joints and a Jacobian of two rows.
     """
     robot = checker.robot
     if robot.dof != 2 or robot.jacobian_rows != "planar":
@@ -55,7 +55,7 @@ def configuration_space(
     figure = sheet(COLUMN, 3.0) if len(fields) == 1 else sheet(PAGE, 2.1 * rows + 0.4)
     panels = figure.subplots(rows, columns, squeeze=False, sharex=True, sharey=True)
     grid = tuple(np.linspace(low, high, resolution) for low, high in zip(robot.lower, robot.upper, strict=True))
-    blocked, determinant = blocked_grid(checker, *grid).T.astype(float), determinant_grid(robot, *grid).T
+    blocked, determinant = collision_grid(checker, *grid).T.astype(float), determinant_grid(robot, *grid).T
     top = max(float(np.max(x, where=np.isfinite(x), initial=0.0)) for x in fields.values())
     dots: Any = None
     for axes, (label, x) in zip(panels.flat, fields.items(), strict=False):
@@ -83,7 +83,7 @@ def _draw_edges(axes: Axes, robot: Robot, roadmap: Roadmap, lost: Ints) -> None:
 
 
 def _draw_nodes(axes: Axes, roadmap: Roadmap, x: Floats, settled: Floats, norm: Normalize) -> PathCollection:
-    """Nodes that are not yet what they will be with rims, those that reach no goal grey, the others shaded."""
+    """Draw nodes that are not settled with rims, those that reach no goal grey, the others shaded."""
     known = np.isfinite(x)
     moving = known & np.isfinite(settled) & ~np.isclose(x, settled, rtol=1e-9, atol=1e-9)
     if moving.any():
@@ -94,7 +94,7 @@ def _draw_nodes(axes: Axes, roadmap: Roadmap, x: Floats, settled: Floats, norm: 
 
 
 def _label(figure: Figure, panels: Any, count: int, robot: Robot) -> None:
-    """Name the axes at the left and below, and under which looks things are drawn."""
+    """Label the axes at the left and below, and the legend."""
     for axes in panels.flat[count:]:
         axes.set_axis_off()
     for axes in panels[-1]:
@@ -108,11 +108,11 @@ def _label(figure: Figure, panels: Any, count: int, robot: Robot) -> None:
     figure.legend(handles, names, loc="outside upper center", ncols=3 if count == 1 else 5)
 
 
-def blocked_grid(checker: CollisionChecker, first: Floats, second: Floats) -> Bools:
-    """(a, b) whether the arm collides with its joints at ``first`` (a,) and ``second`` (b,), rad."""
+def collision_grid(checker: CollisionChecker, first: Floats, second: Floats) -> Bools:
+    """Return (a, b) whether the arm collides with its joints at ``first`` (a,) and ``second`` (b,), rad."""
     return np.array([[not is_free(checker, np.array([p, q])) for q in second] for p in first])
 
 
 def determinant_grid(robot: Robot, first: Floats, second: Floats) -> Floats:
-    """(a, b) determinant of the Jacobian with the joints at ``first`` (a,) and ``second`` (b,), rad."""
+    """Return (a, b) the determinant of the Jacobian at ``first`` (a,) and ``second`` (b,), rad."""
     return np.linalg.det(jacobians(robot, np.array([[p, q] for p in first for q in second]))).reshape(len(first), -1)

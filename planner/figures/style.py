@@ -1,4 +1,4 @@
-"""The look of every figure: a journal's sizes, lines that differ by dash and marker, headroom. A door to matplotlib."""
+"""The style of every figure: sizes of a journal, distinct lines, headroom; imports matplotlib."""
 
 from typing import Any
 
@@ -30,27 +30,27 @@ journal = rc_context(_STYLE)  # decorates a function that draws
 
 
 class JournalFigure(Figure):
-    """A figure whose PDF and PS files hold TrueType fonts: journals refuse the Type 3 ones that are the default."""
+    """A figure whose PDF and PS files have TrueType fonts: journals refuse the default Type 3 fonts."""
 
     def savefig(self, *arguments: Any, **options: Any) -> None:
-        """As matplotlib's."""
+        """Save as matplotlib does."""
         with rc_context({"pdf.fonttype": 42, "ps.fonttype": 42}):
             super().savefig(*arguments, **options)
 
 
 def sheet(width: float, height: float) -> JournalFigure:
-    """An empty figure (inches), whose parts make room for each other."""
+    """Return an empty figure (inches) with constrained layout."""
     return JournalFigure(figsize=(width, height), layout="constrained")
 
 
 def single(width: float, height: float, x: str = "", y: str = "") -> tuple[Figure, Axes]:
-    """A figure (inches) of one panel, named as :func:`label_axes` does."""
+    """Return a figure (inches) of one panel, labelled as :func:`label_axes` does."""
     figure = sheet(width, height)
     return figure, label_axes(figure.add_subplot(), x, y)
 
 
 def label_axes(axes: Axes, x: str = "", y: str = "", title: str = "") -> Axes:
-    """The panel with the names of its axes, its title and a faint grid."""
+    """Return the panel with the names of its axes, its title and a faint grid."""
     axes.set_xlabel(x)
     axes.set_ylabel(y)
     axes.set_title(title)
@@ -60,19 +60,19 @@ def label_axes(axes: Axes, x: str = "", y: str = "", title: str = "") -> Axes:
 
 
 def stroke(k: int) -> dict[str, Any]:
-    """The look of the k-th line of a figure; after seven they repeat."""
+    """Return the look of the k-th line of a figure; after seven they repeat."""
     return {"linestyle": DASHES[k % 7], "color": SHADES[k % 7]}
 
 
 def stroke_with_markers(k: int, every: float | None = None, **more: Any) -> dict[str, Any]:
-    """The k-th line's look with a marker at its points, or at one in ``every`` share of the panel, and ``more``."""
+    """Return the k-th line's look with a marker at its points, or at one in ``every`` share of the panel."""
     apart = None if every is None else (every * (0.2 + 0.11 * (k % 7)), every)
     look = {"marker": MARKS[k % 7], "markerfacecolor": "white", "markeredgewidth": 0.8, "markevery": apart}
     return {**stroke(k), **look, **more}
 
 
 def leave_headroom(axes: Axes, *more: float, bottom: float | None = None) -> None:
-    """Limits of y a tenth of their range beyond lines and ``more`` values: no curve lies on the frame.
+    """Set limits of y a tenth of their range beyond lines and ``more`` values.
 
     With ``bottom`` the axis begins there, or below it where a curve does.
     """
@@ -80,5 +80,5 @@ def leave_headroom(axes: Axes, *more: float, bottom: float | None = None) -> Non
     values = values[np.isfinite(values)]
     low, high = (float(values.min()), float(values.max())) if len(values) else (0.0, 1.0)
     low = low if bottom is None else min(low, bottom)
-    room = 0.1 * (high - low or abs(high) or 1.0)
-    axes.set_ylim(low if low == bottom else low - room, high + room)
+    margin = 0.1 * (high - low or abs(high) or 1.0)
+    axes.set_ylim(low if low == bottom else low - margin, high + margin)

@@ -1,4 +1,4 @@
-"""Where paths lead the tool among obstacles, and the roadmap there. A door to matplotlib."""
+"""Figures of the tool's paths among obstacles, and of the roadmap there; imports matplotlib."""
 
 from typing import Any, Literal, TypeAlias
 
@@ -30,19 +30,19 @@ _OBSTACLES: dict[str, Any] = {"facecolor": (0.6, 0.6, 0.6, 0.16), "edgecolor": (
 _ARM: dict[str, Any] = {"color": "0.55", "linewidth": 2.0, "solid_capstyle": "round", "zorder": 2}
 _EDGES: dict[str, Any] = {"colors": "0.45", "linewidths": 0.3, "alpha": 0.5, "zorder": 3, "rasterized": True}
 _DOTS: dict[str, Any] = {"s": 4, "linewidths": 0, "cmap": RAMP, "depthshade": False, "zorder": 4}
-_PIECES = np.linspace(0.0, 1.0, 5)[:, None]  # of an edge: the tool's way along it is drawn straight between them
+_SHARES = np.linspace(0.0, 1.0, 5)[:, None]  # of an edge: the tool's path is drawn straight between them
 _HALO = [withStroke(linewidth=2.0, foreground="white")]
 
 
 @journal
 def tool_paths(shown: Shown, shade: Literal["path", "w"] = "path", checker: CollisionChecker | None = None) -> Figure:
-    """The tool's way along paths, among the obstacles, and the arm at both ends of the first path.
+    """Draw the tool's paths among the obstacles, and the arm at both ends of the first path.
 
         planner.figures.tool_paths({"beta 0": plan, "beta 1": other}).savefig("tool.pdf")
         planner.figures.tool_paths(tradeoff, shade="w")
 
-    Arguments and errors as of :func:`~planner.figures.manipulability`. Dots are waypoints; with ``shade="w"`` lines are
-    as light as w is high. The arm is a line through its joints.
+    Arguments and errors as of :func:`~planner.figures.manipulability`. Dots are waypoints; with ``shade="w"`` a line is
+    lighter where w is higher. The arm is a line through its joints.
     """
     drawn = paths_to_draw(shown, checker)
     robot, dense = drawn[0].checker.robot, [dense_path(way.path) for way in drawn]
@@ -72,17 +72,18 @@ def tool_paths(shown: Shown, shade: Literal["path", "w"] = "path", checker: Coll
 
 @journal
 def roadmap(shown: Plan | Tradeoff) -> Figure:
-    """The roadmap in the workspace: nodes where they bring the tool, as light as w is high, edges as the tool goes.
+    """Draw the roadmap in the workspace: tool positions of nodes by w, and tool paths of edges.
 
         planner.figures.roadmap(plan).savefig("roadmap.pdf")
 
-    The paths are drawn over it, where there are any. Edges are pixels in a PDF, at the ``dpi`` given to ``savefig``.
+    A lighter node has a higher w. The paths are drawn over it, if any. Edges are pixels in a PDF, at the ``dpi`` given
+    to ``savefig``.
     """
     robot, roadmap = shown.robot, shown.roadmap
     nodes = tool_positions(robot, roadmap.nodes)
     figure, axes = _panel(shown.checker, np.concatenate([nodes, _arm(robot, robot.home)]))
     a, b = roadmap.nodes[roadmap.edges.T]
-    q = a[:, None] + _PIECES * robot.difference(a, b)[:, None]
+    q = a[:, None] + _SHARES * robot.difference(a, b)[:, None]
     edges = tool_positions(robot, q.reshape(-1, robot.dof)).reshape(*q.shape[:2], 3)
     axes.add_collection3d(Line3DCollection(edges, **_EDGES))
     dots = axes.scatter(*nodes.T, c=roadmap.manipulability, **_DOTS)
@@ -97,7 +98,7 @@ def roadmap(shown: Plan | Tradeoff) -> Figure:
 
 
 def _panel(checker: CollisionChecker, points: Floats) -> tuple[Figure, Any]:
-    """A figure of the workspace around points (k, 3), with the obstacles there; of an arm in a plane from above."""
+    """Return a figure of the workspace around points (k, 3), from above for a planar arm."""
     figure = JournalFigure(figsize=(COLUMN, 2.6))
     axes: Any = figure.add_subplot(projection="3d", computed_zorder=False)
     figure.subplots_adjust(left=-0.05, right=0.78, bottom=0.06, top=1.02)
@@ -123,14 +124,14 @@ def _panel(checker: CollisionChecker, points: Floats) -> tuple[Figure, Any]:
 
 
 def _add_bar(figure: Figure, robot: Robot, shaded: Any) -> None:
-    """The scale of w on the right side of the figure."""
+    """Draw the scale of w on the right side of the figure."""
     bar = figure.colorbar(shaded, cax=figure.add_axes((0.825, 0.22, 0.017, 0.56)))
     bar.set_label(w_label(robot))
     bar.ax.tick_params(labelsize=SMALL)
 
 
 def _mark(axes: Any, name: str, places: Floats) -> None:
-    """The start white, the goal black, at places (k, 3), of which the first is named."""
+    """Draw the start white, the goal black, at points (k, 3), and name the first one."""
     fill, text, look = "black", f"{name}   ", {"ha": "right"}
     if name == "start":  # below it: the ticks of z are often on its right
         fill, text, look = "white", f"\n{name}", {"ha": "center", "va": "top"}
@@ -139,13 +140,13 @@ def _mark(axes: Any, name: str, places: Floats) -> None:
 
 
 def _arm(robot: Robot, q: Floats) -> Floats:
-    """Points (joints + 2, 3) from the base through the joints to the tool."""
+    """Return points (joints + 2, 3) from the base through the joints to the tool."""
     joints = joint_placements(Chain.from_arm(robot), q[None])[1][:, 0]
     return np.vstack([robot.base[:3, 3], joints[1:], tool_positions(robot, q)])
 
 
 def faces_of(shape: Shape, placement: Floats) -> Polygons:
-    """The surface of a shape as flat faces in the world; round ones by 20 sides."""
+    """Return the surface of a shape as flat faces in the world; round shapes have 20 sides."""
     match shape:
         case Box(size):
             square = 0.5 * np.array([[-1, -1, 1], [1, -1, 1], [1, 1, 1], [-1, 1, 1]])
@@ -167,7 +168,7 @@ def _triangles(mesh: Mesh) -> Polygons:
 
 
 def clip_face(face: Floats, low: Floats, high: Floats) -> Floats:
-    """The part (k, 3) of a convex flat face inside the box from ``low`` to ``high`` (Sutherland and Hodgman 1974)."""
+    """Return the part (k, 3) of a convex face within a box, Sutherland and Hodgman 1974."""
     for axis in range(3):
         for sign, bound in ((1.0, low[axis]), (-1.0, high[axis])):
             inside = sign * (face[:, axis] - bound)

@@ -5,7 +5,7 @@
 >>> gabf.extract_path(net, result, start=2)
 array([2, 1, 0])
 
-Needs NumPy and the compiled library. Nothing here knows of robots.
+This package needs NumPy and the compiled library, and no robots.
 """
 
 from planner.base.errors import ArrayError, AssumptionError, OptionError, PlannerError, StateError

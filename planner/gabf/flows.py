@@ -1,4 +1,4 @@
-"""Flows of the scalar equations that the laws become while a node's parent value is held fixed."""
+"""Flows of the scalar equations that the laws become while a node's parent value is constant."""
 
 import math
 from abc import ABC, abstractmethod
@@ -16,57 +16,57 @@ from planner.native.compiled import BRAKE_THEN_SINK, SINK_THEN_BRAKE, STRANG, Na
 
 
 class Flow(ABC):
-    """s' = -phi(s), phi of the sign of s; how far it moves many states is compiled, but for a user's phi."""
+    """s' = -phi(s), phi of the sign of s; compiled for many states, except for a user's phi."""
 
     @abstractmethod
     def rate(self, s: Floats) -> Floats:
-        """phi(s)."""
+        """Return phi(s)."""
 
     @abstractmethod
     def speed(self, size: float) -> float:
-        """phi of one number >= 0; inf where that is beyond the largest double, the least one where it is below that."""
+        """Return phi of one number >= 0; inf beyond the largest double, the least double below it."""
 
     @abstractmethod
     def time_between(self, start: float, end: float) -> float:
-        """tau that |s| takes from ``start`` down to ``end``."""
+        """Return the tau that |s| takes from ``start`` down to ``end``."""
 
     @property
     def compiled(self) -> NativeFlow | None:
         """The same equation in the compiled library; None for a user's phi."""
         return None
 
-    def moved(self, order: int, s: Floats, dtau: float) -> Floats:
-        """s after ``dtau``, the powers below and above 1 acting one after the other in an ``order``."""
+    def move(self, order: int, s: Floats, dtau: float) -> Floats:
+        """Return s after ``dtau``, the powers below and above 1 acting one after the other in an ``order``."""
         assert self.compiled is not None
         return self.compiled.moved(order, s, dtau)
 
     def advance(self, s: Floats, dtau: float) -> Floats:
-        """s after ``dtau``, second order in ``dtau``, exact at s = 0."""
-        return self.moved(STRANG, s, dtau)
+        """Return s after ``dtau``, second order in ``dtau``, exact at s = 0."""
+        return self.move(STRANG, s, dtau)
 
     def miss(self, s: Floats, left: Floats, dtau: float) -> Floats | float:
-        """By how much ``left`` = :meth:`advance` may be off, where :meth:`longest_step` does not see to that."""
+        """Return the error of ``left`` = :meth:`advance` that :meth:`longest_step` does not bound."""
         return 0.0
 
     def slowest(self, s: Floats, dtau: float) -> Floats:
-        """A proved upper bound of |s| after ``dtau``, first order in ``dtau``, with the sign of s; exact at 0.
+        """Return a proved upper bound of |s| after ``dtau``, first order, with the sign of s; exact at 0.
 
         As beta1 s^p / (beta2 s^q) falls with s, the power below 1 takes less off where it acts first, at the larger s.
         """
-        return self.moved(SINK_THEN_BRAKE, s, dtau)
+        return self.move(SINK_THEN_BRAKE, s, dtau)
 
     def fastest(self, s: Floats, dtau: float) -> Floats:
-        """A proved lower bound of |s| after ``dtau``, likewise, by the other order."""
-        return self.moved(BRAKE_THEN_SINK, s, dtau)
+        """Return a proved lower bound of |s| after ``dtau``, by the other order."""
+        return self.move(BRAKE_THEN_SINK, s, dtau)
 
     @property
     def whole_time(self) -> float:
-        """tau in which nothing that a double holds is left of any s that a double holds, here of s' = -s."""
+        """The tau in which any s of a double vanishes to less than any double, here for s' = -s."""
         return 1500.0
 
     @property
     def pace(self) -> float:
-        """The unit of tau in which the law acts, s / phi(s) up to a factor of 2 where its two powers balance."""
+        """The unit of tau in which the law acts: s / phi(s), up to a factor of 2, where its two powers balance."""
         return 1.0
 
     @property
@@ -75,21 +75,22 @@ class Flow(ABC):
         return 1.0
 
     def longest_step(self, size: float) -> float:
-        """The step at which :meth:`advance` of |s| <= ``size`` errs by as much again; infinite where it is exact."""
+        """Return the step at which the error of :meth:`advance` of |s| <= ``size`` is |s|; inf if exact."""
         return math.inf
 
     def urgency(self, size: float) -> float:
-        """phi(s) / s at ``size``, times the pace, and at most 2.5: how many tolerances a step may err by there.
+        """Return phi(s) / s at ``size`` times the pace, at most 2.5: the error of a step, in tolerances.
 
-        Without that, rises that step as fast as they may are 100 times too slow where exponents are far from 1.
+        Without it, runs with exponents far from 1 take 100 times as many steps.
         """
         return min(self.pace * self.speed(size) / size, 2.5)
 
     def half_step(self, dtau: float, size: float) -> float:
-        """How far into a step its parent values are taken: half of it for short steps, more for long ones.
+        """Return the time within a step at which its parent values are evaluated.
 
-        A node forgets at about the rate phi(s) / s, so it ends nearer to where its parents were later in the step:
-        exact for steady parents under the linear laws. It halves the error of the settling tau under the default law.
+        It is half of a short step, more of a long one: a node forgets at about the rate phi(s) / s, so it ends nearer
+        to where its parents were later in the step. Exact for steady parents under the linear laws. It halves the error
+        of the settling tau under the default law.
         """
         forgotten = dtau * self.speed(size) / size if size else 0.0
         return dtau * (1.0 / -math.expm1(-forgotten) - 1.0 / forgotten if forgotten > 1e-4 else 0.5)
@@ -117,8 +118,8 @@ class LinearFlow(Flow):
 class UserFlow(Flow):
     """s' = -phi(s) of a phi that only its values describe, by the exponential midpoint rule.
 
-    The equation is s' = -k s with k = phi(s) / s >= 0. A step holds k at its value half a step on, so no s grows or
-    changes its sign, and a phi that is linear is followed exactly.
+    The equation is s' = -k s with k = phi(s) / s >= 0. A step takes k as constant, with its value half a step on, so no
+    s grows or changes its sign, and a linear phi is exact.
     """
 
     phi: Callable[[Floats], Floats]
@@ -142,19 +143,19 @@ class UserFlow(Flow):
         return 1.0
 
     @np.errstate(all="ignore")
-    def _decayed(self, s: Floats, at: Floats, dtau: float) -> Floats:
-        """s after ``dtau`` with phi(s) / s as it is where s is ``at``, at 0 as near to it."""
+    def _decay(self, s: Floats, at: Floats, dtau: float) -> Floats:
+        """Return s after ``dtau`` at the constant phi(s) / s of the state ``at``; at 0 that of 1e-300."""
         at = np.copysign(np.maximum(np.abs(at), 1e-300), s)
         return s * np.exp(-dtau * (self.rate(at) / at))
 
-    def moved(self, order: int, s: Floats, dtau: float) -> Floats:
-        return self._decayed(s, self._decayed(s, s, 0.5 * dtau), dtau)
+    def move(self, order: int, s: Floats, dtau: float) -> Floats:
+        return self._decay(s, self._decay(s, s, 0.5 * dtau), dtau)
 
     def miss(self, s: Floats, left: Floats, dtau: float) -> Floats:
-        return np.abs(left - self._decayed(s, s, dtau))
+        return np.abs(left - self._decay(s, s, dtau))
 
     def time_between(self, start: float, end: float) -> float:
-        """The integral of s / phi(s) over ln s, by the trapezoidal rule; ``end`` > 0."""
+        """Return the integral of s / phi(s) over ln s, by the trapezoidal rule; ``end`` > 0."""
         s = np.geomspace(end, start, 257)
         return float(np.trapezoid(s / self.rate(s), np.log(s)))
 
@@ -164,7 +165,7 @@ class PowerFlow(Flow):
     """s' = -(beta1 |s|^p + beta2 |s|^q) sgn(s), 0 < p < 1 < q: the two fixed-time laws in tau.
 
     Each half has an exact flow: |s|^(1-p) falls linearly and reaches zero in finite time, |s|^-(q-1) grows linearly.
-    They are composed by Strang's rule (half, full, half), second order in dtau, exact at s = 0.
+    Strang's rule composes them (half, full, half), second order in dtau, exact at s = 0.
     """
 
     beta1: float
@@ -182,7 +183,7 @@ class PowerFlow(Flow):
 
     @property
     def whole_time(self) -> float:
-        """tau from infinity down to 0: pi / ((q - p) sin(pi r)) beta1^(r - 1) beta2^-r with r = (1 - p)/(q - p)."""
+        """The tau from infinity to 0: pi / ((q - p) sin(pi r)) beta1^(r - 1) beta2^-r, r = (1 - p)/(q - p)."""
         p, q, below, _ = self._floats
         r = below / (q - p)
         return math.pi / ((q - p) * math.sin(math.pi * r)) * self.beta1 ** (r - 1.0) * self.beta2**-r
@@ -208,7 +209,7 @@ class PowerFlow(Flow):
         return self._floats[3]
 
     def longest_step(self, size: float) -> float:
-        """The longest step in tau that Strang's rule allows at a disequilibrium of ``size``.
+        """Return the longest step in tau that Strang's rule allows at a disequilibrium of ``size``.
 
         In units of pace / (q - p) its error depends on r = (1 - p)/(q - p) only. It vanishes below the balance of both
         powers: if r < 1/2, as s^((q - p)(1 - 2r)/2), and else zero is a few units away.
@@ -232,11 +233,11 @@ class PowerFlow(Flow):
         return np.copysign(self.beta1 * size**p + self.beta2 * size**q, s)
 
     def time_between(self, start: float, end: float) -> float:
-        """tau that |s| takes from ``start`` down to ``end`` >= 0.
+        """Return the tau that |s| takes from ``start`` down to ``end`` >= 0.
 
         With v = (q - p) ln(s / c), c where both powers are equal, tau is pace / (q - p) times the integral of e^(r v) /
-        (1 + e^v), r = (1 - p)/(q - p). Below -40 and above 40 one power is all to the last bit; between, ten Gauss
-        points in each panel of width 2 leave an error below 1e-12, however far the exponents are from 1.
+        (1 + e^v), r = (1 - p)/(q - p). Below -40 and above 40 one power suffices to the last bit; between, ten Gauss
+        points in each panel of width 2 leave an error below 1e-12, for any exponents.
         """
         p, q, below, above = self._floats
         width = q - p
@@ -244,7 +245,7 @@ class PowerFlow(Flow):
         sink = _exponential_integral(below / width, min(low, -_FLAT), min(high, -_FLAT))
         brake = _exponential_integral(-above / width, max(low, _FLAT), max(high, _FLAT))
         low, high = max(low, -_FLAT), min(high, _FLAT)
-        both = _panels(below / width, low, high) if low < high else 0.0
+        both = _two_power_integral(below / width, low, high) if low < high else 0.0
         return self.pace / width * (sink + both + brake)
 
 
@@ -253,12 +254,12 @@ _GAUSS = np.polynomial.legendre.leggauss(10)
 
 
 def _exponential_integral(rate: float, low: float, high: float) -> float:
-    """The integral of e^(rate v); ``low`` may be -inf at a positive rate, ``high`` +inf at a negative one."""
+    """Return the integral of e^(rate v); the end at which e^(rate v) vanishes may be infinite."""
     return 0.0 if low == high else (math.exp(rate * high) - math.exp(rate * low)) / rate
 
 
-def _panels(rate: float, low: float, high: float) -> float:
-    """The integral of e^(rate v) / (1 + e^v) between -40 and 40."""
+def _two_power_integral(rate: float, low: float, high: float) -> float:
+    """Return the integral of e^(rate v) / (1 + e^v) between -40 and 40."""
     edges, (points, weights) = np.linspace(low, high, math.ceil(0.5 * (high - low)) + 1), _GAUSS
     half = 0.5 * np.diff(edges)
     v = 0.5 * (edges[1:] + edges[:-1])[:, None] + half[:, None] * points

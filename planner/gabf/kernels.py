@@ -1,4 +1,4 @@
-"""Kernels f_i(a, b) of eq. (protocol): what an arc adds to the cost-to-go of its head, for all arcs of a network."""
+"""Kernels f_i(a, b) of eq. (protocol): the cost-to-go of a node by an arc of cost b to a node at a."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ from planner.base.errors import AssumptionError, OptionError
 UserFunction = Callable[[Ints, Floats, Floats], Floats]
 
 _SAMPLES, _MOST_SAMPLES = 33, 400  # values of a at which a user's kernel is probed, first and at most
-_STEADY = 0.01  # of a slope: neighbouring pieces that differ by less count as one
+_STEADY = 0.01  # of a slope: smaller changes between neighbouring intervals are ignored
 
 
 @dataclass(frozen=True, eq=False)
 class AffineArcs:
-    """f_ij(a) = slope_ij a + offset_ij over arcs; ``slope`` is None where every slope is 1 (the additive family)."""
+    """f_ij(a) = slope_ij a + offset_ij over arcs; ``slope`` is None if all are 1 (the additive family)."""
 
     slope: Floats | None
     offset: Floats
@@ -34,7 +34,10 @@ class AffineArcs:
         return AffineArcs(None if self.slope is None else self.slope[arcs], self.offset[arcs])
 
     def extremes(self, lower: float, upper: float) -> tuple[Floats, Floats, Floats]:
-        """(arcs,) each on [lower, upper]: least f_ij(a) - a, zeta of eq. (progressive), least and largest slope."""
+        """Return on [lower, upper] the least f_ij(a) - a, the least and the largest slope, (arcs,) each.
+
+        The first is zeta of eq. (progressive).
+        """
         if self.slope is None:
             return self.offset, np.ones_like(self.offset), np.ones_like(self.offset)
         gains = (self.slope - 1.0) * np.array([[lower], [upper]]) + self.offset
@@ -43,7 +46,7 @@ class AffineArcs:
 
 @dataclass(frozen=True, eq=False)
 class FunctionArcs:
-    """A user's f(i, a, b) over arcs; its extremes are those of samples, which are denser where slopes change."""
+    """A user's f(i, a, b) over arcs; extremes are those of samples, denser where slopes change."""
 
     function: UserFunction
     tails: Ints
@@ -62,7 +65,7 @@ class FunctionArcs:
         while len(grid) > 1:
             gaps = np.diff(grid)
             slopes = np.diff(values, axis=0) / gaps[:, None]
-            bent = _bent(slopes) & (gaps > 1e-9 * (upper - lower))
+            bent = _is_bent(slopes) & (gaps > 1e-9 * (upper - lower))
             if not bent.any() or len(grid) + np.count_nonzero(bent) > _MOST_SAMPLES:
                 break
             middles = grid[:-1][bent] + 0.5 * gaps[bent]
@@ -75,8 +78,8 @@ class FunctionArcs:
         return np.stack([self(np.full(self.weight.shape, a)) for a in grid])
 
 
-def _bent(slopes: Floats) -> Bools:
-    """Which pieces (k, arcs) have a slope unlike that of a neighbouring piece, on any arc."""
+def _is_bent(slopes: Floats) -> Bools:
+    """Return which intervals (k, arcs) have another slope than a neighbouring one, on any arc."""
     change = np.abs(np.diff(slopes, axis=0)) > _STEADY * np.maximum(np.abs(slopes[:-1]), np.abs(slopes[1:]))
     ends = change.any(axis=1)
     return np.concatenate([ends, [False]]) | np.concatenate([[False], ends])
@@ -86,7 +89,7 @@ ArcMap: TypeAlias = AffineArcs | FunctionArcs
 
 
 def call_on_arrays(name: str, function: Callable[..., Any], *arrays: Any) -> Floats:
-    """A user's ``function`` of ``arrays`` of one shape, as an array of that shape; AssumptionError where it is none."""
+    """Return a user's ``function`` of ``arrays`` of one shape; AssumptionError for another shape."""
     shape, remedy = arrays[-1].shape, "it gets arrays, so use np.maximum(a, b) for max(a, b), np.where for if."
     try:
         values = np.asarray(function(*arrays), dtype=np.float64)
@@ -99,13 +102,13 @@ def call_on_arrays(name: str, function: Callable[..., Any], *arrays: Any) -> Flo
 
 @dataclass(frozen=True)
 class Domain:
-    """The set R_1 of eq. (protocol) on which a kernel is defined: [lower, upper], or [lower, upper) if open."""
+    """The set R_1 of eq. (protocol), the domain of a kernel: [lower, upper], or [lower, upper) if open."""
 
     lower: float = -math.inf
     upper: float = math.inf
     open_above: bool = False
 
-    def holds(self, a: Floats) -> Bools:
+    def contains(self, a: Floats) -> Bools:
         return (a >= self.lower) & ((a < self.upper) if self.open_above else (a <= self.upper))
 
     def __str__(self) -> str:
@@ -113,22 +116,25 @@ class Domain:
 
 
 class Kernel(ABC):
-    """A family f_i(a, b): the set that it is defined on, and the function that it becomes on each arc of a network.
+    """A family f_i(a, b): its domain, and the function that it becomes on each arc of a network.
 
-    zeta of eq. (progressive), L of eq. (Lipschitz) and monotonicity follow from the bound arcs on the interval that a
-    run stays in (:func:`planner.gabf.problem.check_premises`), since several kernels have none on all of R.
+    zeta of eq. (progressive), L of eq. (Lipschitz) and monotonicity follow from the bound arcs on the interval of a
+    run's states (:func:`planner.gabf.problem.check_premises`), since several kernels have none on all of R.
     """
 
     domain: Domain = Domain()
 
     @abstractmethod
     def bind(self, net: Any) -> ArcMap:
-        """The kernel on the arcs of a :class:`planner.gabf.Network`."""
+        """Return the kernel on the arcs of a :class:`planner.gabf.Network`."""
 
 
 @dataclass(frozen=True)
 class Additive(Kernel):
-    """f_i(a, b) = a + b: the shortest path, where GABF is the biased min-consensus (DBMC). zeta = min b, L = 1."""
+    """f_i(a, b) = a + b: the shortest path, where GABF is biased min-consensus (DBMC).
+
+    zeta = min b, L = 1.
+    """
 
     def bind(self, net: Any) -> AffineArcs:
         return AffineArcs(None, net.weight)
@@ -154,10 +160,10 @@ class TradeOff(Kernel):
 
 @dataclass(frozen=True)
 class EdgeIntegral(TradeOff):
-    """f_i(x_j, w_ij) = x_j + (1 - beta) c_ij + beta w_ij, with c_ij the manipulability cost integrated along the edge.
+    """f_i(x_j, w_ij) = x_j + (1 - beta) c_ij + beta w_ij, c_ij the integral of omega along the edge.
 
-    As :class:`TradeOff`, but ``arc_cost`` c_ij makes the result independent of how densely nodes are sampled. A larger
-    ``beta`` favours short paths. zeta = min of (1 - beta) c_ij + beta w_ij, L = 1.
+    As :class:`TradeOff`, but ``arc_cost`` c_ij makes the result independent of the density of nodes. A larger ``beta``
+    favours short paths. zeta = min of (1 - beta) c_ij + beta w_ij, L = 1.
     """
 
     def bind(self, net: Any) -> AffineArcs:
@@ -179,21 +185,21 @@ class Multiplicative(Kernel):
 
     def __post_init__(self) -> None:
         if self.K is not None and not (math.isfinite(self.K) and self.K > 0):
-            raise OptionError(f"K must be a positive number, not {self.K}; choose it above the longest weight")
+            raise OptionError(f"K must be a positive number, got {self.K}: choose it above the longest weight.")
 
     def bind(self, net: Any) -> AffineArcs:
         wbar = net.weight if self.K is None else 1.0 - net.weight / self.K
         bad = np.flatnonzero(~((wbar > 0) & (wbar < 1)))
         if bad.size:
             arc = f"arc ({net.tails[bad[0]]}, {net.indices[bad[0]]}) has {wbar[bad[0]]:g}"
-            remedy = "clip the learned weights, or choose K above the longest weight"
-            raise AssumptionError(f"eq. (wb) needs 0 < wbar < 1, but {arc}: {remedy}")
+            remedy = "clip the learned weights, or choose K above the longest weight."
+            raise AssumptionError(f"wbar must be between 0 and 1, eq. (wb), but {arc}: {remedy}")
         return AffineArcs(wbar, 1.0 - wbar)
 
 
 @dataclass(frozen=True)
 class NodeDependent(Kernel):
-    """The kernel of the nine-node example, fig. (example1): 2a + |b| at nodes of even number, a + 2|b| at odd ones.
+    """The kernel of the nine-node example, fig. (example1): 2a + |b| at even nodes, a + 2|b| at odd ones.
 
     The paper numbers from 1, so index i is node i + 1. Domain a >= 1; zeta = min of 1 + |b| and 2|b|, L = 2.
     """
@@ -207,10 +213,10 @@ class NodeDependent(Kernel):
 
 @dataclass(frozen=True)
 class UserKernel(Kernel):
-    """Any f(i, a, b) on arrays: three over arcs (reading node, x_j, weight) to one. ``lower`` and ``upper`` bound a.
+    """Any f(i, a, b): arrays over arcs (node, x_j, weight) to one array; a in [``lower``, ``upper``].
 
-    It is probed on a grid over the interval the run stays in, and certificates say so: sampling can refuse a kernel
-    that is not increasing or not progressive there, it cannot prove that one is.
+    It is probed on a grid over the interval of the run's states, and certificates say so: sampling can refuse a kernel
+    that is not increasing or not progressive there; it cannot prove one.
 
     >>> costs = gabf.UserKernel(lambda i, a, b: np.maximum(a, 2.0) + b)
     >>> net = gabf.Network.from_arcs([1, 2], [0, 1], [1.0, 1.0], [0], 3, source_values=[2.0], kernel=costs)
@@ -224,7 +230,7 @@ class UserKernel(Kernel):
 
     def __post_init__(self) -> None:
         if not self.lower < self.upper:
-            raise OptionError(f"a kernel's domain [{self.lower}, {self.upper}] is empty: give lower below upper.")
+            raise OptionError(f"lower must be below upper, got [{self.lower}, {self.upper}].")
         object.__setattr__(self, "domain", Domain(self.lower, self.upper))
 
     def bind(self, net: Any) -> FunctionArcs:
@@ -233,5 +239,5 @@ class UserKernel(Kernel):
 
 def _cost(net: Any, kernel: Kernel, name: str) -> Floats:
     if (cost := getattr(net, name)) is None:
-        raise AssumptionError(f"the {type(kernel).__name__} kernel reads {name}: give Network(..., {name}=...)")
+        raise AssumptionError(f"the {type(kernel).__name__} kernel needs {name}: give Network(..., {name}=...).")
     return cost

@@ -1,4 +1,4 @@
-"""Learning-based path planning, section 4.3: GABF settles x on the current weights, then x trains the weights.
+"""Learning-based path planning, section 4.3: GABF settles x, then x trains the weights.
 
 >>> ways = np.array([[1, 0], [2, 1], [2, 3], [3, 0]])  # two ways from 2 to 0, by 1 and by 3
 >>> network = gabf.learning.make_untrained_network(*ways.T, sources=[0], n_nodes=4)
@@ -28,7 +28,7 @@ FIRST_STATE = 0.0  # x_i(0) of the first planning stage: below every x_i*, so it
 
 @dataclass(frozen=True)
 class LearningRule(ABC):
-    """How one training iteration changes the weights wbar_ij of eq. (wb), each by quantities at its two ends.
+    """The change of the weights wbar_ij of eq. (wb) per training iteration, by quantities at both ends.
 
     ``alpha`` is the learning rate, ``beta`` weighs the distance in the reward 1 - beta d_ij. Raises OptionError unless
     both are positive and finite.
@@ -42,7 +42,7 @@ class LearningRule(ABC):
     def __post_init__(self) -> None:
         for name, value in (("alpha", self.alpha), ("beta", self.beta)):
             if not (math.isfinite(value) and value > 0.0):
-                raise OptionError(f"the learning rule's {name} must be a positive number, got {value}.")
+                raise OptionError(f"{name} of a learning rule must be a positive number, got {value}.")
 
     @property
     def label(self) -> str:
@@ -51,9 +51,9 @@ class LearningRule(ABC):
 
     @abstractmethod
     def update(self, wbar: Floats, activity_i: Floats, activity_j: Floats, d: Floats) -> Floats:
-        """The weights (k,) in (0, 1) after one iteration, from the activities 1 - x at both ends and the distances d.
+        """Return the weights (k,) in (0, 1) after one iteration, one entry per arc.
 
-        All arrays are (k,), one entry per arc.
+        ``activity_i`` and ``activity_j`` (k,) are 1 - x at both ends, ``d`` (k,) the distances.
         """
 
 
@@ -61,10 +61,9 @@ class LearningRule(ABC):
 class Hebbian(LearningRule):
     """Delta wbar_ij = alpha (1 - x_i)(1 - x_j) R with R = 1 - beta d_ij: the paper's rule, as printed.
 
-    R is positive for every d < 1 / beta, so weights only grow. Without ``floor`` and ``ceiling``, which bound them
-    here, they leave (0, 1) and eq. (wb) is no longer progressive. A larger ``alpha`` brings them to the ceiling sooner,
-    a ``beta`` above 1 / d drives long arcs to the floor. For weights that approach 1 - w_ij / K use
-    :class:`ErrorDriven`.
+    R is positive for every d < 1 / beta, so weights only grow. ``floor`` and ``ceiling`` bound them here: else they
+    leave (0, 1), and eq. (wb) is no longer progressive. A larger ``alpha`` brings them to the ceiling sooner, a
+    ``beta`` above 1 / d drives long arcs to the floor. For weights that approach 1 - w_ij / K use :class:`ErrorDriven`.
     """
 
     alpha: float = 0.2
@@ -77,13 +76,13 @@ class Hebbian(LearningRule):
     def __post_init__(self) -> None:
         super().__post_init__()
         if not 0.0 < self.floor < self.ceiling < 1.0:
-            raise OptionError(f"floor and ceiling must rise between 0 and 1, got {self.floor, self.ceiling}.")
+            raise OptionError(f"floor and ceiling must be 0 < floor < ceiling < 1, got {self.floor, self.ceiling}.")
 
     def update(self, wbar: Floats, activity_i: Floats, activity_j: Floats, d: Floats) -> Floats:
-        return np.clip(self.update_unbounded(wbar, activity_i, activity_j, d), self.floor, self.ceiling)
+        return np.clip(self.update_without_bounds(wbar, activity_i, activity_j, d), self.floor, self.ceiling)
 
-    def update_unbounded(self, wbar: Floats, activity_i: Floats, activity_j: Floats, d: Floats) -> Floats:
-        """The weights (k,) by the printed rule alone, which may leave (0, 1)."""
+    def update_without_bounds(self, wbar: Floats, activity_i: Floats, activity_j: Floats, d: Floats) -> Floats:
+        """Return the weights (k,) by the printed rule alone, which may leave (0, 1)."""
         return wbar + self.alpha * activity_i * activity_j * (1.0 - self.beta * d)
 
 
@@ -91,8 +90,8 @@ class Hebbian(LearningRule):
 class ErrorDriven(LearningRule):
     """Delta wbar_ij = g (1 - beta d_ij - wbar_ij), g = min(1, alpha (1 - x_i)(1 - x_j)).
 
-    The third factor is an error: the weight predicts the reward 1 - beta d_ij of the paper's rule. This is the rule of
-    the article that the paper takes its own from (Kusmierz, Isomura, Toyoizumi: Learning with three factors: modulating
+    The third factor is an error: the weight predicts the reward 1 - beta d_ij of the paper's rule. The paper takes its
+    rule from an article that has this one (Kusmierz, Isomura, Toyoizumi: Learning with three factors: modulating
     Hebbian plasticity with errors, 2017). Its fixed point is the 1 - w_ij / K that the weights approximate according to
     the paper, with K = 1 / beta. A smaller ``beta`` distinguishes paths of more equal length; a larger ``alpha`` learns
     further from the source per iteration.
@@ -108,17 +107,17 @@ class ErrorDriven(LearningRule):
     def update(self, wbar: Floats, activity_i: Floats, activity_j: Floats, d: Floats) -> Floats:
         target = self.target(d)
         moved = wbar + np.clip(self.alpha * activity_i * activity_j, 0.0, 1.0) * (target - wbar)
-        # a mean of wbar and target, both in (0, 1), which rounding can carry past the nearer one, to 1.0 at worst
+        # rounding can carry the mean of wbar and target past the nearer one, even to 1.0
         return np.clip(moved, np.minimum(wbar, target), np.maximum(wbar, target))
 
     def target(self, d: Floats) -> Floats:
-        """1 - beta d_ij (k,), the fixed point of the weights."""
+        """Return 1 - beta d_ij (k,), the fixed point of the weights."""
         target = 1.0 - self.beta * np.asarray(d, dtype=np.float64)
         bad = np.flatnonzero(~((target > 0.0) & (target < 1.0)))
         if bad.size:
             raise AssumptionError(
-                f"an arc of length {d[bad[0]]:g} has the reward {target[bad[0]]:g}, but eq. (wb) needs a weight in "
-                f"(0, 1): choose beta below 1 / (longest distance), and distances above {1e-16 / self.beta:.1g}"
+                f"1 - beta d must be between 0 and 1, eq. (wb), got {target[bad[0]]:g} for an arc of length "
+                f"{d[bad[0]]:g}: choose beta below 1 / (longest distance), and distances above {1e-16 / self.beta:.1g}."
             )
         return target
 
@@ -144,21 +143,21 @@ class Stage:
 
     @property
     def activity(self) -> Floats:
-        """(n,) 1 - x_i: the largest product of weights along a path to a source; 0 where there is no path."""
+        """(n,) 1 - x_i: the largest product of weights along a path to a source; 0 without a path."""
         return np.where(np.isfinite(self.field.x), 1.0 - self.field.x, 0.0)
 
     def path(self, start: int) -> Ints:
-        """Nodes from ``start`` to a source along minimising neighbours."""
+        """Return the nodes from ``start`` to a source along minimising neighbours."""
         return extract_path(self.network, self.field, start)
 
 
 def make_untrained_network(
     tails: Ints, heads: Ints, sources: Ints, n_nodes: int, wbar: float = FIRST_WEIGHT
 ) -> Network:
-    """The network of eq. (wb) before learning, of arcs (tails[k], heads[k]): every weight ``wbar`` in (0, 1).
+    """Return the network of eq. (wb) before learning, of arcs (tails[k], heads[k]) of weight ``wbar``.
 
-    On paths of more than 50 arcs of weight 0.5 x rounds to 1 and a planning stage raises AssumptionError: begin with
-    weights nearer 1 there.
+    0 < ``wbar`` < 1. On paths of more than 50 arcs of weight 0.5 x rounds to 1 and a planning stage raises
+    AssumptionError: begin with weights nearer to 1 there.
     """
     return Network.from_arcs(tails, heads, np.full(len(heads), wbar), sources, n_nodes, kernel=Multiplicative())
 
@@ -173,9 +172,10 @@ def planning_stage(
 def learn(
     network: Network, rule: LearningRule, d: Floats, iterations: int, law: Law | str | None = None
 ) -> tuple[Stage, ...]:
-    """The ``iterations`` + 1 planning stages before and after each training iteration; ``d`` (n_arcs,) distances.
+    """Return the ``iterations`` + 1 planning stages before and after each training iteration.
 
-    Each iteration trains all arcs at once by the activities at their own two ends, and x settles from where it is.
+    ``d`` (n_arcs,) are distances. Each iteration trains all arcs at once by the activities at their two ends, and x
+    settles from its last states.
     """
     stages = [planning_stage(network, law=law)]
     for k in range(1, iterations + 1):

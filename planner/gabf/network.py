@@ -12,19 +12,19 @@ from planner.base.arrays import Floats, Ints, cumulative_sums, frozen, indices, 
 from planner.base.errors import AssumptionError
 from planner.gabf.kernels import Additive, ArcMap, Kernel, TradeOff
 
-_LEFT_OUT: Any = None  # filled in by a Network
+_DEFAULT: Any = None  # set by a Network
 
 
 @dataclass(frozen=True, eq=False)
 class Network:
-    """G = (V, E) with weights, sources and a kernel; an arc (i, j) means that node i reads node j, as in the paper.
+    """G = (V, E) with weights, sources and a kernel; an arc (i, j): node i reads node j, as in the paper.
 
     ``indptr`` (n + 1,), ``indices`` (n_arcs,), ``weight`` (n_arcs,): the arcs of node i are
     ``indices[indptr[i]:indptr[i + 1]]``; parallel arcs are allowed, self-loops are not (i is not in N(i)). ``sources``
-    (k,) node indices held at ``source_values`` (k,), 0 where left out. ``node_cost`` (n,) is omega(j) of eq. (finew),
-    ``arc_cost`` (n_arcs,) a second cost an arc, for the kernels that read them. ``kernel`` is, where left out,
-    :class:`TradeOff` if there is a ``node_cost``, else :class:`Additive`, the shortest path. Raises AssumptionError,
-    naming the node, where the arrays are not a graph.
+    (k,) are the nodes of constant value ``source_values`` (k,), 0 by default. ``node_cost`` (n,) is omega(j) of eq.
+    (finew), ``arc_cost`` (n_arcs,) a second cost per arc, for the kernels that read them. The default ``kernel`` is
+    :class:`TradeOff` with a ``node_cost``, else :class:`Additive`, the shortest path. Raises AssumptionError, naming
+    the node, where the arrays are not a graph.
 
     >>> network = gabf.Network([0, 0, 1, 3], [0, 0, 1], [1.0, 5.0, 1.0], sources=[0])
     >>> gabf.solve(network).x
@@ -35,10 +35,10 @@ class Network:
     indices: Ints
     weight: Floats
     sources: Ints
-    source_values: Floats = _LEFT_OUT
+    source_values: Floats = _DEFAULT
     node_cost: Floats | None = None
     arc_cost: Floats | None = None
-    kernel: Kernel = _LEFT_OUT
+    kernel: Kernel = _DEFAULT
 
     def __post_init__(self) -> None:
         n_arcs, given = np.size(self.indices), dict(vars(self))
@@ -62,9 +62,9 @@ class Network:
         for name, value in given.items():
             object.__setattr__(self, name, frozen(value, value.dtype) if isinstance(value, np.ndarray) else value)
         if (loops := self.indices[self.indices == self.tails]).size:
-            raise AssumptionError(f"node {loops[0]} reads itself: remove that self-loop")
+            raise AssumptionError(f"node {loops[0]} reads itself: remove that self-loop.")
         if np.unique(sources).size != sources.size or not sources.size:
-            raise AssumptionError("give at least one source, each once: assumption (main) needs a non-empty source set")
+            raise AssumptionError("sources must be distinct nodes, at least one, assumption (main).")
         _ = self.arcs
 
     def __repr__(self) -> str:
@@ -74,13 +74,15 @@ class Network:
     def from_arcs(
         tails: Ints, heads: Ints, weight: Floats, sources: Ints, n_nodes: int, arc_cost: Any = None, **more: Any
     ) -> Network:
-        """The network of arcs (tails[k], heads[k]), (n_arcs,) each, in any order; ``more`` are its other fields.
+        """Return the network of arcs (tails[k], heads[k]), (n_arcs,) each, in any order.
+
+        ``more`` are other fields of the network.
 
         >>> gabf.Network.from_arcs([1, 2, 2], [0, 0, 1], [1.0, 5.0, 1.0], sources=[0], n_nodes=3)
         <Network: 3 nodes, 3 arcs, 1 sources>
         """
         if n_nodes < 1:
-            raise AssumptionError(f"{n_nodes} nodes make no network: give at least one")
+            raise AssumptionError(f"n_nodes must be at least 1, got {n_nodes}.")
         tails = indices("tails", tails, ("n_arcs",), n_nodes, AssumptionError)
         heads = indices("heads", heads, (tails.size,), n_nodes, AssumptionError)
         order = np.argsort(tails * n_nodes + heads, kind="stable")
@@ -92,12 +94,12 @@ class Network:
 
     @staticmethod
     def from_scipy(graph: Any, sources: Ints, **more: Any) -> Network:
-        """The network of a SciPy sparse array (n, n): entry (i, j) is the weight of the arc (i, j), stored zeros too.
+        """Return the network of a SciPy sparse array (n, n): entry (i, j) is the weight of the arc (i, j).
 
-        As node i reads node j, x_i is what the cheapest way from i to a source costs along steps i -> j. So ``graph``
-        is the usual weighted adjacency matrix, ``networkx.to_scipy_sparse_array(digraph)``, and x is
-        ``scipy.sparse.csgraph.dijkstra(graph.T, indices=sources, min_only=True)``. ``more`` are its other fields,
-        ``arc_cost`` in the order of ``graph.tocsr().data``. Raises TypeError for what is no sparse array, and
+        Stored zeros are arcs too. As node i reads node j, x_i is the cost of the cheapest way from i to a source along
+        steps i -> j. So ``graph`` is the usual weighted adjacency matrix, ``networkx.to_scipy_sparse_array(digraph)``,
+        and x is ``scipy.sparse.csgraph.dijkstra(graph.T, indices=sources, min_only=True)``. ``more`` are other fields,
+        ``arc_cost`` in the order of ``graph.tocsr().data``. Raises TypeError unless ``graph`` is a sparse array, and
         AssumptionError as :class:`Network` does, for self-loops for instance.
 
         >>> graph = scipy.sparse.csr_array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [5.0, 1.0, 0.0]])
@@ -106,16 +108,17 @@ class Network:
         """
         if not hasattr(graph, "tocsr"):
             kind = type(graph).__name__
-            raise TypeError(f"graph must be a SciPy sparse array, got {kind}: scipy.sparse.csr_array(graph) makes one.")
+            raise TypeError(f"graph must be a SciPy sparse array, got {kind}: give scipy.sparse.csr_array(graph).")
         if graph.shape != (graph.shape[0], graph.shape[0]):
             raise AssumptionError(f"graph must have a row and a column per node, got shape {graph.shape}.")
         csr = graph.tocsr()
         return Network(csr.indptr, csr.indices, csr.data, sources, **more)
 
     def to_scipy(self) -> Any:
-        """The weights as a ``scipy.sparse.csr_array`` (n, n), see :meth:`from_scipy`; ``data`` has the arcs' order.
+        """Return the weights as a ``scipy.sparse.csr_array`` (n, n), see :meth:`from_scipy`.
 
-        Parallel arcs stay entries of their own: searches of csgraph take the least, arithmetic adds them up.
+        Its ``data`` has the arcs' order. Parallel arcs stay separate entries: csgraph takes the least, arithmetic adds
+        them.
 
         >>> gabf.Network.from_arcs([1, 2, 2], [0, 0, 1], [1.0, 5.0, 1.0], sources=[0], n_nodes=3).to_scipy().toarray()
         array([[0., 0., 0.],
@@ -136,7 +139,7 @@ class Network:
 
     @cached_property
     def tails(self) -> Ints:
-        """(n_arcs,) the node i that owns each arc (i, j)."""
+        """(n_arcs,) the node i of each arc (i, j)."""
         return frozen(np.repeat(np.arange(self.n_nodes), np.diff(self.indptr)), np.int64)
 
     @cached_property
@@ -145,15 +148,15 @@ class Network:
         return self.kernel.bind(self)
 
     def arcs_between(self, i: int, j: int) -> Ints:
-        """Ids of the arcs through which node i reads node j (several if parallel, none if not linked)."""
+        """Return the ids of the arcs through which node i reads node j; none if they are not linked."""
         i, j = indices("nodes", [i, j], (2,), self.n_nodes, AssumptionError).tolist()
         first, last = self.indptr[i], self.indptr[i + 1]
         return first + np.flatnonzero(self.indices[first:last] == j)
 
     def arcs_along(self, nodes: Ints) -> Ints:
-        """Ids of the arcs (k - 1,) through which each of ``nodes`` (k,) reads the next one, the first of parallel ones.
+        """Return the ids (k - 1,) of the arcs through which each of ``nodes`` (k,) reads the next one.
 
-        Raises :class:`AssumptionError` where two of them are not linked.
+        The first of parallel arcs counts. Raises :class:`AssumptionError` where two nodes are not linked.
         """
         nodes = indices("nodes", nodes, ("k",), self.n_nodes, AssumptionError)
         tails, heads = nodes[:-1], nodes[1:]
@@ -163,11 +166,11 @@ class Network:
         linked, rows = np.unique(step[there], return_index=True)
         if len(linked) < len(tails):
             lost = int(np.setdiff1d(np.arange(len(tails)), linked)[0])
-            raise AssumptionError(f"node {tails[lost]} does not read node {heads[lost]}: give nodes of a path")
+            raise AssumptionError(f"node {tails[lost]} does not read node {heads[lost]}: give the nodes of a path.")
         return arcs[there[rows]]
 
     def without_arcs(self, arcs: Ints) -> Network:
-        """The same network lacking these arc ids; the ids of later arcs move down."""
+        """Return the network without these arc ids; the ids of later arcs move down."""
         keep = np.ones(self.n_arcs, dtype=bool)
         keep[indices("arcs", arcs, ("k",), self.n_arcs, AssumptionError)] = False
         arc_cost = None if self.arc_cost is None else self.arc_cost[keep]

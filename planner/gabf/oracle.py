@@ -1,4 +1,4 @@
-"""The optimum without an ODE: x* of eq. (bellman) from the kernel alone, and its parents, levels and diameter."""
+"""The optimum without an ODE: x* of eq. (bellman), and its parents, levels and diameter."""
 
 import heapq
 from dataclasses import dataclass
@@ -15,11 +15,11 @@ from planner.native.compiled import cheapest_costs
 
 
 def oracle(net: Network) -> Floats:
-    """x* (n,) by generalized Dijkstra with a heap, for any increasing progressive kernel; +inf where unreachable.
+    """Return x* (n,) by generalized Dijkstra, for any increasing progressive kernel; +inf if unreachable.
 
     Nodes leave the heap in ascending order of x*, as the levels S_l of eq. (S). An arc that lowers a value below that
-    of the node it came from breaks the order, and raises AssumptionError. Where the kernel adds positive costs a
-    compiled search finds the same, to the bit.
+    of its parent breaks the order and raises AssumptionError. Where the kernel adds positive costs a compiled search
+    finds the same, to the bit.
     """
     arcs = net.arcs
     if isinstance(arcs, AffineArcs) and arcs.slope is None and (arcs.offset > 0).all():
@@ -45,14 +45,14 @@ def _dijkstra(problem: Problem) -> Floats:
             if offer < best[i]:
                 if offer < value:
                     nodes = f"node {problem.nodes[i]} would cost less than node {problem.nodes[j]} that it reads"
-                    raise AssumptionError(f"{nodes}: the kernel is not progressive, so raise the arc's cost")
+                    raise AssumptionError(f"{nodes}: the kernel is not progressive, so raise the arc's cost.")
                 best[i] = offer
                 heapq.heappush(heap, (offer, i))
     return best
 
 
 def bellman_operator(net: Network, x: Floats) -> Floats:
-    """T'x (n,) of eq. (bellman-gabf): sources keep their values, others take min_j f_i(x_j, w_ij), or +inf."""
+    """Return T'x (n,) of eq. (bellman-gabf): min_j f_i(x_j, w_ij), or +inf; sources keep their values."""
     problem = reduce_network(net)
     return problem.unpack(
         problem.with_sources(problem.parent_values(problem.pack(check_finite_states(problem, x, "x"))))
@@ -60,7 +60,7 @@ def bellman_operator(net: Network, x: Floats) -> Floats:
 
 
 def value_iteration(net: Network, x0: Floats, max_sweeps: int | None = None) -> tuple[Floats, int]:
-    """x and the number of sweeps that changed it, by T' of eq. (bellman-gabf), remark (SSP): the discrete algorithm.
+    """Return x and the number of sweeps that changed it, by T' of eq. (bellman-gabf), remark (SSP).
 
     From overestimates n sweeps suffice; from below the number grows like x* / zeta. AssumptionError if ``max_sweeps``
     (default 1000 n) do not suffice.
@@ -73,13 +73,13 @@ def value_iteration(net: Network, x0: Floats, max_sweeps: int | None = None) -> 
         if np.array_equal(swept, y):
             return problem.unpack(y), sweep
         y = swept
-    raise AssumptionError(f"value iteration still moves after {budget} sweeps: start from overestimate(net)")
+    raise AssumptionError(f"value iteration still moves after {budget} sweeps: start from overestimate(net).")
 
 
 def max_error(result: Any, x_star: Floats) -> float:
-    """max |x_i - x_i*| / max(1, |x_i*|) over nodes that reach a source; +inf if x and x* disagree on which do.
+    """Return max |x_i - x_i*| / max(1, |x_i*|) over nodes that reach a source.
 
-    ``result``: x (n,), or the :class:`planner.gabf.CostToGo` of it.
+    ``result`` is x (n,) or a :class:`planner.gabf.CostToGo`. +inf if x and x* disagree on which nodes reach a source.
     """
     x = plain_numbers("x", getattr(result, "x", result), AssumptionError)
     x_star = plain_numbers("x_star", x_star, AssumptionError)
@@ -89,12 +89,12 @@ def max_error(result: Any, x_star: Floats) -> float:
     return float(error.max(initial=0.0))
 
 
-TIES = 1e-12  # times max(1, |x*|), 1 less where all x* are: paths whose costs differ by less are tied, as they round
+TIES = 1e-12  # times max(1, |x*|), 1 less where all x* are: smaller differences of costs are ties, as costs round
 
 
 @dataclass(frozen=True, eq=False)
 class Structure:
-    """What definitions (true), (longest) and (S) name; arrays over the n nodes, -1 where a node reaches no source.
+    """Definitions (true), (longest) and (S) as arrays over n nodes, -1 for nodes that reach no source.
 
     ``x_star`` (n,); ``true_arcs`` ids of the arcs (i, j) with j in P(i); ``longest`` the l of F_l; ``fewest`` arcs on
     the optimal path of fewest hops (ours); ``level`` the l of S_l; ``values`` (R + 1,) the distinct xbar_l*, the
@@ -117,18 +117,18 @@ class Structure:
 
 
 def structure(net: Network, x_star: Floats | None = None) -> Structure:
-    """Everything about the optimum of any progressive increasing kernel.
+    """Return the structure of the optimum of any progressive increasing kernel.
 
-    ``x_star``: the oracle's unless given. Parents and hops count costs as tied that differ by at most 1e-12 max(1,
+    ``x_star`` is the oracle's by default. Parents and hops count costs as tied that differ by at most 1e-12 max(1,
     |x*|), with the largest |x*| in place of 1 where that is less. Levels count every distinct x*: a chain of tiny arcs
-    settles one after another, however near its values are.
+    settles one after another.
     """
     x = oracle(net) if x_star is None else check_states(net, x_star, "x_star")
     problem = reduce_network(net)
     y = problem.pack(x)
     values, own, head = problem.arcs(y[problem.heads]), y[problem.owners], y[problem.heads]
     nearly = TIES * np.maximum(min(1.0, float(np.abs(y).max(initial=0.0))), np.abs(own))
-    tight = (values <= own + nearly) & (head < own)  # smaller x*, so that no cycle of ties is let in
+    tight = (values <= own + nearly) & (head < own)  # smaller x*, so that no cycle of ties counts
     longest, fewest = _most_hops(problem, tight, y), problem.hops_along(tight)
     values, rank = np.unique(y[: problem.n_rows], return_inverse=True)
     level = problem.unpack(np.concatenate((rank + 1, np.zeros(problem.anchors.size, dtype=np.int64))), missing=-1)
@@ -145,14 +145,17 @@ def structure(net: Network, x_star: Floats | None = None) -> Structure:
 
 
 def true_parents(net: Network, optimum: Structure, i: int) -> Ints:
-    """P(i), definition (true), ascending; empty at sources and nodes that reach none. ArrayError if there is no i."""
+    """Return P(i), definition (true), ascending; empty at sources and nodes that reach none.
+
+    Raises ArrayError if there is no node i.
+    """
     i = int(indices("i", i, (), net.n_nodes))
     arcs = optimum.true_arcs
     return np.unique(net.indices[arcs[net.tails[arcs] == i]])
 
 
 def _most_hops(problem: Problem, tight: Bools, y: Floats) -> Ints:
-    """The most true arcs from each node to a source; these lead to smaller x*, so one pass in that order suffices."""
+    """Return the most true arcs from each node to a source, in one pass, as they lead to smaller x*."""
     owners, heads = problem.owners[tight], problem.heads[tight]
     order = np.argsort(y[owners], kind="stable")
     hops = [0] * problem.nodes.size

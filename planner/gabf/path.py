@@ -1,4 +1,4 @@
-"""The path that a settled field describes: from a node along minimising neighbours to a source."""
+"""The path of a settled field: from a node along minimising neighbours to a source."""
 
 from collections.abc import Sequence
 
@@ -10,23 +10,24 @@ from planner.gabf.network import Network
 from planner.gabf.problem import Problem, check_finite_states, check_states, reduce_network
 from planner.gabf.solve import CostToGo
 
-SLACK = 1e-9  # arcs this close to the minimum, times max(1, |x|), count as ties if the field is not settled to the bit
+SLACK = 1e-9  # times max(1, |x|): arcs so close to the minimum are ties if the field is not settled to the bit
 
 
 def extract_path(net: Network, result: CostToGo | Floats, start: int) -> Ints:
-    """Nodes from ``start`` to a source along minimising neighbours; ties: fewest hops, then smallest index.
+    """Return the nodes from ``start`` to a source along minimising neighbours.
 
-    Hops are counted along minimising arcs, each step goes one hop down, so no node repeats, also where two states round
-    to the same number. StateError if ``start`` is not a node, reaches no source, or the field has not settled;
-    AssumptionError if the field does not belong to this network.
+    Ties go to the fewest hops, then to the smallest index. Hops count minimising arcs and each step goes one hop down,
+    so no node repeats, even where two states round to the same number. Raises StateError if ``start`` is not a node,
+    reaches no source, or the field has not settled; AssumptionError if the field does not belong to this network.
     """
     return _extract_paths(net, result, [start])[0]
 
 
 def paths_from(network: Network, cost_to_go: CostToGo | Floats, starts: Ints | Sequence[int]) -> tuple[Ints, ...]:
-    """The cheapest node path (k,) from each of the ``starts`` (s,) to a goal; empty where no goal can be reached.
+    """Return the cheapest node path (k,) from each of ``starts`` (s,) to a goal; empty without a way.
 
-    x at a start is what its path costs. :func:`planner.roadmap.roadmap.path_waypoints` turns nodes into configurations:
+    x at a start is the cost of its path. :func:`planner.roadmap.roadmap.path_waypoints` turns nodes into
+    configurations:
 
         roadmap = attach(load_roadmap(file), checker, starts, goals)      # nodes for all of them, linked by proofs
         network = planner.build_network(roadmap, 0.5)
@@ -42,10 +43,10 @@ def paths_from(network: Network, cost_to_go: CostToGo | Floats, starts: Ints | S
 
 
 def cheapest_path(result: CostToGo, starts: Ints) -> Ints:
-    """The path from the one of ``starts`` (s,) with the least cost-to-go; (0,) where none of them reaches a source."""
+    """Return the path from the one of ``starts`` (s,) with the least cost-to-go; (0,) without a way."""
     starts = indices("starts", starts, ("s",), result.network.n_nodes)
     if not len(starts):
-        raise ArrayError("starts are none: give the index of one node at least.")
+        raise ArrayError("starts must not be empty: give the index of at least one node.")
     start = int(starts[np.argmin(result.x[starts])])
     return paths_from(result.network, result, [start])[0]
 
@@ -56,9 +57,9 @@ def _extract_paths(net: Network, result: CostToGo | Floats, starts: Sequence[int
     position[problem.nodes] = np.arange(problem.nodes.size)
     for start in starts:
         if start not in range(net.n_nodes):
-            raise StateError(f"start {start} is not a node; nodes run from 0 to {net.n_nodes - 1}")
+            raise StateError(f"start must be a node from 0 to {net.n_nodes - 1}, got {start}.")
         if position[start] < 0:
-            raise StateError(f"node {start} reaches no source: there is no path; connect it, or start elsewhere")
+            raise StateError(f"node {start} reaches no source: connect it, or start from another node.")
     y = problem.pack(check_finite_states(problem, result, "x"))
     values = problem.arcs(y[problem.heads])
     least = np.minimum.reduceat(values, problem.starts) if problem.n_rows else np.empty(0)
@@ -68,12 +69,12 @@ def _extract_paths(net: Network, result: CostToGo | Floats, starts: Sequence[int
     hops = problem.hops_along(tight)
     for start in starts:
         if hops[position[start]] < 0:
-            lost = f"minimising neighbours of node {start} lead to no source"
-            raise StateError(f"{lost}: the field has not settled; solve it to the end")
-    return [problem.nodes[_descent(problem, tight, hops, int(position[start]))] for start in starts]
+            cause = f"minimising neighbours of node {start} lead to no source"
+            raise StateError(f"{cause}, as the field has not settled: solve it to the end.")
+    return [problem.nodes[_descend(problem, tight, hops, int(position[start]))] for start in starts]
 
 
-def _descent(problem: Problem, tight: Bools, hops: Ints, here: int) -> list[int]:
+def _descend(problem: Problem, tight: Bools, hops: Ints, here: int) -> list[int]:
     ends, path = np.append(problem.starts, problem.heads.size), [here]
     while here < problem.n_rows:
         arcs = slice(ends[here], ends[here + 1])

@@ -1,4 +1,4 @@
-"""Run a law on a network until its cost-to-go is proved settled, and the record of the run."""
+"""Run a law on a network until its cost-to-go is proved settled, and record the run."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ from planner.gabf.splitting import Splitting, run
 
 
 class Ending(Enum):
-    """How a run ended, as the sentence its user reads."""
+    """The end of a run, as a sentence for its user."""
 
     SETTLED = "Every node that reaches a source settled on its optimal cost-to-go."
     BUDGET_SPENT = (
@@ -57,15 +57,15 @@ class FieldHistory:
 
 @dataclass(frozen=True, eq=False)
 class CostToGo:
-    """The field x (n,), +inf at nodes that reach no source, and the record of the run that computed it.
+    """The field x (n,), +inf at nodes that reach no source, and the record of its run.
 
-    :attr:`settling_tau`: the first tau from which |x_i - x_i*| <= settle_tolerance max(1, |x_i*|) for all i and for
-    ever; ``estimated_tau`` is its date by this run's steps alone, None if it was not reached, and
-    :attr:`settling_tau_bracket` encloses it by proof, whatever the steps. ``residual`` is max |x_i - min_j f_i(x_j,
-    w_ij)|, 0 where x is proved to be x* to the last bit. ``lowest`` and ``highest`` are the extreme states of
-    non-source nodes over all steps, ``largest_input`` the largest |dx_i/dt| there: a figure of this run, which a
-    smaller tolerance of the solver converges where the gain grows before the last node settles. ``premises`` holds the
-    interval that the run stayed in with zeta and L on it, ``problem`` the part of the network that reaches a source.
+    :attr:`settling_tau` is the first tau from which |x_i - x_i*| <= settle_tolerance max(1, |x_i*|) for all i and for
+    ever. ``estimated_tau`` is its estimate from this run's steps, None if it was not reached;
+    :attr:`settling_tau_bracket` encloses it by proof. ``residual`` is max |x_i - min_j f_i(x_j, w_ij)|, 0 where x is
+    proved to be x* to the last bit. ``lowest`` and ``highest`` are the extreme states of non-source nodes over all
+    steps, ``largest_input`` the largest |dx_i/dt| there: it converges as the solver's tolerance shrinks, where the gain
+    grows before the last node settles. ``premises`` is the interval of the run's states with zeta and L on it,
+    ``problem`` the part of the network that reaches a source.
     """
 
     x: Floats
@@ -95,7 +95,7 @@ class CostToGo:
 
     @property
     def settling_tau(self) -> float | None:
-        """The tau of :attr:`settling_tau_bracket` that is nearest to ``estimated_tau``: a few times a run's work."""
+        """The tau of :attr:`settling_tau_bracket` nearest to ``estimated_tau``: a few times a run's work."""
         bracket = self.settling_tau_bracket
         return (
             None
@@ -119,12 +119,12 @@ class CostToGo:
         return self.settling_within()
 
     def settling_within(self, width: float = WIDTH) -> tuple[float, float] | None:
-        """The earliest and the latest tau at which the law itself can settle, proved by upper and lower solutions.
+        """Return the earliest and latest tau at which the law can settle, by upper and lower solutions.
 
         None for a run that did not settle, (0, inf) for a user's law and for a field of too many rows times hops. Else
-        they are ``width`` of the latest apart, unless that took more work than :mod:`planner.gabf.enclosure` spends, or
-        errors begin within the tolerance and leave it first: then the earliest is 0. Half the width takes about twice
-        the work. Raises :class:`OptionError` for a width that is no share in (0, 1].
+        they are ``width`` of the latest apart, unless that takes more work than :mod:`planner.gabf.enclosure` spends,
+        or errors begin within the tolerance and leave it first: then the earliest is 0. Half the width takes about
+        twice the work. Raises :class:`OptionError` for a width outside (0, 1].
         """
         if not 0.0 < width <= 1.0:
             raise OptionError(f"width must be above 0 and at most 1, a share of the latest, got {width:g}.")
@@ -147,20 +147,19 @@ def solve(
     max_steps: int = 300_000,
     until_tau: float = np.inf,
 ) -> CostToGo:
-    """The cost-to-go x of every node under ``law``, from the start ``x0``.
+    """Return the cost-to-go x of every node under ``law``, from the start ``x0``.
 
     ``law``: a law, or the name of one with the paper's parameters, "nominal", "prescribed-time", "fixed-time" or
-    "singularity-free"; the last one where left out. ``x0``: (n,) states, one number for all, or None for
-    :func:`overestimate`, from which every law settles. Starting from an earlier ``result.x`` after weights changed is
-    how GABF heals; nodes that were unreachable (+inf) then need a number. Values at sources and at nodes that reach no
-    source are ignored. ``solver``: how finely it steps. ``save_every``: the start, every so manieth state and the end
-    become ``history``; 0 keeps none. ``settle_tolerance`` defines settled, relative to max(1, |x_i*|); a larger one
-    settles earlier and changes neither x nor the steps: a run ends at a residual of exactly 0. When it settled is dated
-    by the run's steps, within ``result.settling_tau_bracket``, which is proved. ``max_steps``, rejected ones too, and
+    "singularity-free", the default. ``x0``: (n,) states, one number for all, or None for :func:`overestimate`, from
+    which every law settles. From an earlier ``result.x`` the field heals after weights changed; nodes that were
+    unreachable (+inf) then need a number. Values at sources and at nodes that reach no source are ignored. ``solver``:
+    the size of its steps. ``save_every``: the start, each state after so many steps and the end become ``history``; 0
+    saves none. ``settle_tolerance`` defines settled, relative to max(1, |x_i*|); a larger one settles earlier and
+    changes neither x nor the steps: a run ends at a residual of exactly 0. ``max_steps``, rejected ones too, and
     ``until_tau`` bound the work; a run is at ``until_tau`` exactly where it ends there.
 
-    Raises AssumptionError, naming node and arc, where the kernel is not increasing and progressive on the interval that
-    the run stays in, where a start lies outside the kernel's domain, and where the prescribed-time law does not start
+    Raises AssumptionError, naming node and arc, where the kernel is not increasing and progressive on the interval of
+    the run's states, where a start lies outside the kernel's domain, and where the prescribed-time law does not start
     above x*.
 
     >>> network = gabf.Network.from_arcs([1, 2, 2], [0, 0, 1], [1.0, 5.0, 1.0], sources=[0], n_nodes=3)
@@ -169,18 +168,18 @@ def solve(
     (array([0., 1., 2.]), 'settled', True)
     """
     if not (settle_tolerance > 0 and until_tau >= 0 and max_steps >= 0 and save_every >= 0):
-        raise OptionError("settle_tolerance must be positive, max_steps, until_tau and save_every not negative.")
+        raise OptionError("settle_tolerance must be positive; max_steps, until_tau and save_every at least 0.")
     law, problem = resolve_law(law), reduce_network(net)
     y0 = pack_start(problem, x0)
     bounds = check_premises(problem, y0)
     if law.needs_overestimate and x0 is not None:
         require_overestimate(problem, y0, problem.pack(oracle(net)), law.name)
-    course = SettlingMonitor(law.flow, bounds, settle_tolerance)
+    monitor = SettlingMonitor(law.flow, bounds, settle_tolerance)
     states = run(problem, law.flow, y0, solver or Splitting(), until_tau)
-    step, state, kept = _run(states, course, save_every, max_steps, until_tau)
+    step, state, saved = _run(states, monitor, save_every, max_steps, until_tau)
     settled = state.residual == 0.0
     if settled:
-        require_rooted(problem, state.y)
+        require_roots(problem, state.y)
     return CostToGo(
         x=frozen(problem.unpack(state.y)),
         x0=frozen(problem.unpack(y0)),
@@ -188,33 +187,33 @@ def solve(
         problem=problem,
         premises=bounds,
         outcome=Ending.SETTLED if settled else Ending.BUDGET_SPENT,
-        estimated_tau=course.settling_tau(state.y) if settled else None,
+        estimated_tau=monitor.settling_tau(state.y) if settled else None,
         end_tau=state.tau,
         residual=state.residual,
-        lowest=course.lowest,
-        highest=course.highest,
-        largest_input=course.largest_input(law),
+        lowest=monitor.lowest,
+        highest=monitor.highest,
+        largest_input=monitor.largest_input(law),
         settle_tolerance=settle_tolerance,
         steps=step,
-        history=_history(kept if kept[-1] is state else [*kept, state], problem, law) if kept else None,
+        history=_history(saved if saved[-1] is state else [*saved, state], problem, law) if saved else None,
     )
 
 
 def _run(
-    states: Iterator[State], course: SettlingMonitor, save_every: int, max_steps: int, until_tau: float
+    states: Iterator[State], monitor: SettlingMonitor, save_every: int, max_steps: int, until_tau: float
 ) -> tuple[int, State, list[State]]:
-    """How many steps a run takes until it settles or its budget is spent, its last state, and those to keep."""
-    kept: list[State] = []
+    """Return the number of steps until the run settles or spends its budget, its last and saved states."""
+    saved: list[State] = []
     for step, state in enumerate(states):
-        course.add(state)
+        monitor.add(state)
         if save_every and step % save_every == 0:
-            kept.append(state)
+            saved.append(state)
         if state.residual == 0.0 or step + state.rejected >= max_steps or state.tau >= until_tau:
-            return step, state, kept
+            return step, state, saved
     raise AssertionError("a run has no end of its own")
 
 
-def require_rooted(problem: Problem, y: Floats) -> None:
+def require_roots(problem: Problem, y: Floats) -> None:
     """Raise AssumptionError unless a residual of zero proves y = x*.
 
     It does if every arc visibly adds to its head's value, and also if tight arcs (y_i = f_i(y_j, w_ij)) lead from every
@@ -229,17 +228,17 @@ def require_rooted(problem: Problem, y: Floats) -> None:
         i = int(unrooted[0])
         raise AssumptionError(
             f"node {problem.nodes[i]} is stuck at {y[i]:g}: an arc cost on its path vanishes next to that in double "
-            "precision, so the kernel is not progressive; start from overestimate(net), or rescale"
+            "precision, so the kernel is not progressive: start from overestimate(net), or rescale."
         )
 
 
 @dataclass(eq=False)
 class SettlingMonitor:
-    """The extremes of a run's states, and those since the last one that was provably not settled.
+    """The extremes of a run's states, and the states since the last one that was provably not settled.
 
-    All that the settling time depends on are the latter. If every error were within the tolerance band, the residual
-    would be at most (1 + L) times the widest band; a larger one clears their list. So it holds a handful of states
-    under the laws that end in finite time.
+    The settling time depends on the latter only. If every error were within the tolerance band, the residual would be
+    at most (1 + L) times the widest band; a larger one clears their list. So it contains a handful of states under the
+    laws that settle in finite time.
     """
 
     flow: Flow
@@ -251,7 +250,7 @@ class SettlingMonitor:
     _readings: list[tuple[float, float]] = field(default_factory=list)
 
     def add(self, state: State) -> None:
-        """Remember the state that comes next."""
+        """Record the next state."""
         self.lowest, self.highest = min(self.lowest, state.lowest), max(self.highest, state.highest)
         worst = state.residual if state.residual > state.resolution else 0.0
         if self.flow.compiled is None and worst > 0.0:  # a user's phi may be largest elsewhere
@@ -263,11 +262,11 @@ class SettlingMonitor:
         self._states.append(state)
 
     def largest_input(self, law: Law) -> float:
-        """The largest |dx_i/dt| of the states: where phi is largest, as the gain is common to all nodes."""
+        """Return the largest |dx_i/dt| of the states: at the largest phi, as the gain is common to all nodes."""
         return float(np.abs(control_input(law, *np.array(self._readings).T)).max(initial=0.0))
 
     def settling_tau(self, y_star: Floats) -> float:
-        """The first tau after which all errors stay in the band, placed in its step by the law's decay."""
+        """Return the first tau after which all errors stay in the band, interpolated by the law's decay."""
         scale = np.maximum(1.0, np.abs(y_star))
         tau = [state.tau for state in self._states]
         error = [float((np.abs(state.y - y_star) / scale).max()) for state in self._states]
@@ -282,10 +281,10 @@ class SettlingMonitor:
         return tau[k] + (step * min(1.0, fall / whole) if whole > 0.0 else step)
 
 
-def _history(kept: list[State], problem: Problem, law: Law) -> FieldHistory:
-    tau = np.array([state.tau for state in kept])
-    x = np.array([problem.unpack(state.y) for state in kept])
-    # 0 where xhat may be rounding, which a late gain would enlarge without end
-    xhat = (np.where(np.abs(state.xhat) > state.resolution, state.xhat, 0.0) for state in kept)
+def _history(saved: list[State], problem: Problem, law: Law) -> FieldHistory:
+    tau = np.array([state.tau for state in saved])
+    x = np.array([problem.unpack(state.y) for state in saved])
+    # 0 where xhat may be rounding: a late gain would enlarge it without bound
+    xhat = (np.where(np.abs(state.xhat) > state.resolution, state.xhat, 0.0) for state in saved)
     u = np.array([problem.unpack(control_input(law, *at), missing=0.0) for at in zip(tau, xhat, strict=True)])
     return FieldHistory(frozen(tau), frozen(law.clock.time(tau)), frozen(x), frozen(u))

@@ -1,1 +1,1 @@
-"""Questions about a configuration that need no obstacles: where the links are, how well the arm can move."""
+"""Kinematics of an arm without obstacles: forward, inverse, manipulability."""

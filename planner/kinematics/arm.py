@@ -1,4 +1,4 @@
-"""An arm as kinematics sees it: joints with limits, and a tool frame."""
+"""An arm for kinematics: joints with limits, and a tool frame."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from planner.base.yamlfile import quote
 from planner.problem.options import Measure, Rows
 
 HALF_TURN = np.pi - 1e-9
-"""The farthest (rad) that a joint without limits turns on a motion given by its ends; rounding is smaller."""
+"""The largest turn (rad) of a continuous joint on a motion given by its ends; rounding is smaller."""
 
 
 @dataclass(frozen=True)
@@ -29,9 +29,9 @@ class Mimic:
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Arm:
-    """The planned joints of a robot, their limits and a tool; configurations are (n, dof), rad (m where prismatic).
+    """The planned joints of a robot, their limits and a tool; configurations are (n, dof), rad.
 
-    A continuous joint is one angle like any other; ``continuous`` says which may wrap.
+    Prismatic joints are in m. A continuous joint is one angle like any other; ``continuous`` says which may wrap.
     """
 
     model: pin.Model
@@ -51,12 +51,12 @@ class Arm:
 
     @property
     def prismatic(self) -> Bools:
-        """(dof,) which joints slide (their values are metres)."""
+        """(dof,) which joints are prismatic (in m)."""
         return sliding_joints(self.model)[self.rows]
 
     @cached_property
     def rows(self) -> Ints:
-        """(dof,) the numbers of the planned joints among those of ``model``, which followers belong to as well."""
+        """(dof,) the numbers of the planned joints among those of ``model``, which include followers."""
         return frozen([self.model.getJointId(joint) - 1 for joint in self.joints], np.int64)
 
     @cached_property
@@ -65,15 +65,15 @@ class Arm:
 
     @cached_property
     def without_payload(self) -> Arm:
-        """The arm before it carried anything: the key of all that depends on joints and limits only."""
+        """The arm without its payload: the cache key of all that depends on joints and limits only."""
         return self
 
     def difference(self, a: Floats, b: Floats) -> Floats:
-        """The joint motion (..., dof) from a to b: continuous joints turn in the shorter direction."""
+        """Return the joint motion (..., dof) from a to b: continuous joints turn in the shorter direction."""
         return shorter_way(np.asarray(b) - np.asarray(a), self.continuous)
 
     def is_below_half_turn(self, delta: Floats) -> Bools:
-        """(...,) which joint motions (..., dof) turn every continuous joint by less than half a turn."""
+        """Return which motions (..., dof) turn every continuous joint by less than half a turn."""
         return np.all(np.abs(delta[..., self.continuous]) < HALF_TURN, axis=-1)
 
     def unwound(self, path: Floats) -> Floats:
@@ -88,14 +88,14 @@ class Arm:
         return path + 2 * np.pi * np.vstack([np.zeros(path.shape[1]), np.cumsum(turns, axis=0)])
 
     def normalise(self, q: Floats) -> Floats:
-        """Continuous joints brought into [-pi, pi)."""
+        """Return ``q`` with continuous joints in [-pi, pi)."""
         return np.where(self.continuous, in_one_turn(np.asarray(q) + np.pi) - np.pi, q)
 
 
 def shorter_way(delta: Floats, turns: Bools) -> Floats:
-    """Joint motions (..., dof) in the shorter direction for joints that turn freely; back is the exact opposite.
+    """Return joint motions (..., dof) in the shorter direction for the joints that ``turns`` marks.
 
-    A motion of half a turn, but for rounding, keeps the sign of ``delta``: so does its path however it is unwound.
+    The way back is the exact opposite: a motion of half a turn, up to rounding, has the sign of ``delta``.
     """
     if not turns.any():
         return delta
@@ -105,17 +105,17 @@ def shorter_way(delta: Floats, turns: Bools) -> Floats:
 
 
 def in_one_turn(angles: Floats) -> Floats:
-    """Angles brought into [0, 2 pi); twice, as an angle below 0 by less than rounding becomes 2 pi."""
+    """Return angles in [0, 2 pi); mod twice, as rounding takes an angle just below 0 to 2 pi."""
     return np.mod(np.mod(angles, 2 * np.pi), 2 * np.pi)
 
 
 def sliding_joints(model: pin.Model) -> Bools:
-    """(joints,) which joints of ``model`` slide (their values are metres)."""
+    """Return (joints,) which joints of ``model`` are prismatic (in m)."""
     return np.array([joint.shortname().startswith("JointModelP") for joint in list(model.joints)[1:]])
 
 
 def frame_id(model: pin.Model, name: str) -> int:
-    """The index of the frame ``name``, the link where a joint has the same name; the error lists the frames."""
+    """Return the index of the frame ``name``, the link where a joint has the same name."""
     matches = [k for k, frame in enumerate(model.frames) if frame.name == name]
     if not matches:
         raise RobotError(f"frame {quote(name)} not found; frames are {choices(frame.name for frame in model.frames)}.")

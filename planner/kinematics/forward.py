@@ -1,7 +1,7 @@
 """Forward kinematics of many configurations at once.
 
-Pinocchio answers one configuration a call; proving edges asks for thousands, so the chain's placements are
-evaluated for a whole batch by compiled code. The tests hold it against Pinocchio.
+Pinocchio takes one configuration per call; proofs of edges need thousands, so compiled code evaluates the chain for a
+whole batch. The tests compare it with Pinocchio.
 """
 
 from __future__ import annotations
@@ -23,9 +23,9 @@ class Chain:
     """The joint tree of an arm as arrays; row j describes joint j + 1 of the Pinocchio model.
 
     Its value is x_j = factor_j q_leader(j) + zero_j with q the values of the planned joints: factor 1 and zero 0 where
-    it is planned, else it follows its leader, as ``<mimic>`` in a URDF says. Its placement in its parent is
-    P (C0 + sin x C1 + (1 - cos x) C2) with P the fixed placement's rotation (Rodrigues' formula), or P and a shift x
-    along ``slide`` where it is prismatic. A path q(s) is a path x(s) of the tree: bounds on that hold for it.
+    it is planned, else it follows its leader, as ``<mimic>`` in a URDF. Its placement in its parent is P (C0 + sin x C1
+    + (1 - cos x) C2) with P the fixed placement's rotation (Rodrigues' formula), or P and a shift x along ``slide``
+    where it is prismatic. A path q(s) is a path x(s) of the tree: bounds on x hold for q.
     """
 
     parent: Ints  # (joints,) Pinocchio joint index, 0 the base
@@ -45,20 +45,20 @@ class Chain:
         return NativeChain(*tree, (self.leader, self.factor, self.zero))
 
     def __getstate__(self) -> dict[str, object]:
-        """A copy and a pickle hold the arrays; the compiled tree is built again from them."""
+        """Return the arrays alone: a copy builds the compiled tree again from them."""
         return {name: value for name, value in self.__dict__.items() if name != "native"}
 
     def values(self, q: Floats) -> Floats:
-        """The values x (..., joints) of all joints at configurations (..., dof)."""
+        """Return the values x (..., joints) of all joints at configurations (..., dof)."""
         return self.factor * q[..., self.leader] + self.zero if self.follows else q
 
     def sizes(self, delta: Floats) -> Floats:
-        """By how much (..., joints) all joints move where the planned ones move by ``delta`` (..., dof)."""
+        """Return the motion (..., joints) of all joints for a motion ``delta`` (..., dof) of the planned ones."""
         return np.abs(self.factor * delta[..., self.leader])
 
     @cached_property
     def dof(self) -> int:
-        """How many joints are planned."""
+        """The number of planned joints."""
         return int(self.leader.max()) + 1
 
     @property
@@ -68,17 +68,17 @@ class Chain:
 
     @cached_property
     def coupling(self) -> Floats:
-        """(joints, dof) dx / dq: a Jacobian in x times it is one in q."""
+        """(joints, dof) dx / dq: a Jacobian in x times this is one in q."""
         return self.factor[:, None] * (self.leader[:, None] == np.arange(self.dof))
 
     @staticmethod
     def from_arm(arm: Arm) -> Chain:
-        """The joint tree of ``arm``, its base placement included."""
-        return Chain._cached_from_arm(arm.without_payload)
+        """Return the joint tree of ``arm``, its base placement included."""
+        return Chain._make_chain(arm.without_payload)
 
     @staticmethod
     @lru_cache(maxsize=16)
-    def _cached_from_arm(arm: Arm) -> Chain:
+    def _make_chain(arm: Arm) -> Chain:
         model = arm.model
         data = model.createData()
         joints, leader = range(1, model.njoints), np.zeros(model.njoints - 1, dtype=np.int64)
@@ -104,50 +104,50 @@ class Chain:
 
 
 def joint_placements(chain: Chain, q: Floats) -> tuple[Floats, Floats]:
-    """World rotations (joints + 1, n, 3, 3) and positions (joints + 1, n, 3) of every joint frame; row 0 is the base.
+    """Return world rotations (joints + 1, n, 3, 3) and positions (joints + 1, n, 3) of all joint frames.
 
-    ``q`` is (n, dof).
+    Row 0 is the base. ``q`` is (n, dof).
     """
     return chain.native.placements(q)
 
 
 def tool_joint(arm: Arm) -> tuple[int, pin.SE3]:
-    """The joint that carries the tool frame, 0 for the base, and where the frame is in it."""
+    """Return the joint that carries the tool frame, 0 for the base, and the frame's placement in it."""
     frame = arm.model.frames[arm.tool_id]
     return int(frame.parentJoint), frame.placement
 
 
 def tool_positions(arm: Arm, q: Floats) -> Floats:
-    """Positions (n, 3) of the tool frame in the world (m) for configurations (n, dof)."""
+    """Return the positions (n, 3) of the tool frame in the world (m) for configurations (n, dof)."""
     joint, placement = tool_joint(arm)
     return Chain.from_arm(arm).native.points(np.atleast_2d(q), joint, placement.translation)
 
 
 def tool_path_lengths(arm: Arm, start: Floats, delta: Floats) -> Floats:
-    """Lengths (n,) of the tool's paths (m) along straight joint motions from ``start`` by ``delta``, (n, dof).
+    """Return the lengths (n,) of the tool's paths (m) along straight motions ``delta`` (n, dof).
 
-    They are measured as chords between states that are ``TOOL_ALONG_EDGE`` apart.
+    They are sums of chords between states that are ``TOOL_ALONG_EDGE`` apart. ``start`` is (n, dof).
     """
-    pieces = np.maximum(1, np.ceil(np.abs(delta).sum(axis=1) / TOOL_ALONG_EDGE)).astype(np.int64)
+    chords = np.maximum(1, np.ceil(np.abs(delta).sum(axis=1) / TOOL_ALONG_EDGE)).astype(np.int64)
     joint, placement = tool_joint(arm)
-    return Chain.from_arm(arm).native.path_lengths(start, delta, pieces, joint, placement.translation)
+    return Chain.from_arm(arm).native.path_lengths(start, delta, chords, joint, placement.translation)
 
 
 def tool_pose(arm: Arm, q: Floats) -> pin.SE3:
-    """The tool frame's placement in the world for one configuration (dof,)."""
+    """Return the tool frame's placement in the world for one configuration (dof,)."""
     data = arm.model.createData()
     pin.framesForwardKinematics(arm.model, data, Chain.from_arm(arm).values(np.asarray(q, dtype=float)))
     return data.oMf[arm.tool_id].copy()
 
 
 def travel(arm: Arm, chain: Chain, row: int) -> float:
-    """How far (m) the joint of ``row`` can shift what it carries: 0 for one that turns."""
+    """Return the longest travel (m) of the joint of ``row``: 0 for one that turns."""
     led = max(abs(arm.lower[chain.leader[row]]), abs(arm.upper[chain.leader[row]]))
     return float(abs(chain.factor[row]) * led + abs(chain.zero[row])) if chain.prismatic[row] else 0.0
 
 
 def _axis(model: pin.Model, data: pin.Data, joint: int, prismatic: bool) -> Floats:
-    """The unit direction that a joint turns about or slides along, in its own frame."""
+    """Return the unit axis of a joint in its own frame."""
     q = pin.neutral(model)
     pin.computeJointJacobians(model, data, q)
     jacobian = pin.getJointJacobian(model, data, joint, pin.ReferenceFrame.LOCAL).reshape(6, model.nv)

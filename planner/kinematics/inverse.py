@@ -1,4 +1,7 @@
-"""Inverse kinematics by damped least squares from many seeded starts (Wampler 1986; Nakamura and Hanafusa 1986)."""
+"""Inverse kinematics by damped least squares from many seeds.
+
+Wampler 1986; Nakamura and Hanafusa 1986.
+"""
 
 from dataclasses import dataclass
 from typing import TypeAlias
@@ -16,15 +19,15 @@ Tolerance: TypeAlias = tuple[float, float]  # m, rad
 TOLERANCE: Tolerance = (1e-6, 1e-4)  # poses that an arm cannot reach exactly are reached within these
 _ITERATIONS = 100
 _ARM = 0.1  # m/rad: weighs angles against metres
-_APART = 1e-3  # rad: solutions nearer to each other are one
+_APART = 1e-3  # rad: nearer solutions count as one
 
 
 @dataclass(frozen=True, eq=False)
 class Solutions:
-    """What inverse kinematics found; rows are distinct and in the order in which they were found."""
+    """Distinct solutions of inverse kinematics in the order of their seeds, and the nearest configuration."""
 
     configurations: Floats  # (k, dof)
-    nearest: Floats  # (dof,) the configuration that came nearest, a solution if there is one
+    nearest: Floats  # (dof,) the configuration nearest to the target, a solution if there is one
     distance: float  # m, tool to target at ``nearest``
     angle: float  # rad, between the tool's and the target's orientation; 0 for a position
 
@@ -37,32 +40,33 @@ def solve(
     near: Floats | None = None,
     tolerance: Tolerance = TOLERANCE,
 ) -> Solutions:
-    """Configurations within limits that bring the tool frame to a pose, or its origin to a position (3,), in the world.
+    """Return configurations within limits that bring the tool frame to a pose or a position (3,).
 
-    From ``starts`` seeds all over the joint space, and from the configurations ``near`` (k, dof). Where none reaches a
-    pose exactly, as with fewer than six axes, those that bring the tool within the ``tolerance``.
+    The ``target`` is in the world. Descents begin at ``starts`` seeds all over the joint space, and at ``near`` (k,
+    dof). Where none reaches a pose exactly, as with fewer than six axes, those that bring the tool within the
+    ``tolerance``.
     """
     seeds = np.vstack([arm.home, rng.uniform(arm.lower, arm.upper, size=(starts - 1, arm.dof))])
     if near is not None:
         seeds = np.vstack([seeds, near])
     to = pin.SE3(np.eye(3), np.asarray(target, dtype=float)) if isinstance(target, np.ndarray) else target
     targets = np.broadcast_to(to.homogeneous, (len(seeds), 4, 4))
-    ends, distance, angle, solved = solve_within(arm, targets, seeds, tolerance if to is target else None)
+    ends, distance, angle, configurations = solve_within(arm, targets, seeds, tolerance if to is target else None)
     # a target that is inf metres away is out of reach, as the caller will say
     off = np.nan_to_num(distance + _ARM * angle, nan=np.inf)
     nearest = int(np.argmin(off))
-    distinct = distinct_rows(arm, ends[solved])
+    distinct = distinct_configurations(arm, ends[configurations])
     return Solutions(distinct, ends[nearest], float(distance[nearest]), float(angle[nearest]))
 
 
 def solve_each(
     arm: Arm, targets: Floats, seeds: Floats, turns_freely: bool = False, weight: float = 1.0, oriented: bool = True
 ) -> tuple[Floats, Floats, Floats]:
-    """Where descents from ``seeds`` (n, dof) end that bring the tool each to its own target (n, 4, 4), within limits.
+    """Return the ends of descents from ``seeds`` (n, dof), each to its own target (n, 4, 4).
 
-    But for a turn about its z axis, where it ``turns_freely``. Configurations (n, dof), and how far (n,) m and rad the
-    tool is off there: a solution where that is no more than the tolerances. Elsewhere a descent ends where ``weight``
-    times metres and radians are least in squares.
+    Configurations (n, dof) within limits, and the errors (n,) m and rad of the tool there: a solution where they are
+    within the tolerances. With ``turns_freely`` a turn about the tool's z axis is no error. Elsewhere a descent ends
+    where ``weight`` times metres and radians are least in squares.
     """
     (joint, placement), limits = tool_joint(arm), (arm.lower, arm.upper, arm.continuous)
     return Chain.from_arm(arm).native.inverse(
@@ -73,17 +77,18 @@ def solve_each(
 def solve_within(
     arm: Arm, targets: Floats, seeds: Floats, tolerance: Tolerance | None
 ) -> tuple[Floats, Floats, Floats, Bools]:
-    """As :func:`solve_each`, and which ends (n,) are solutions: the exact ones, else those within the ``tolerance``.
+    """Return as :func:`solve_each`, and which ends (n,) are solutions.
 
-    Without an exact one the descents go on in units of the tolerance. None asks for positions only, exactly.
+    Exact ones, else those within ``tolerance``: then the descents continue in units of it. None means positions only,
+    exactly.
     """
     ends, distance, angle = solve_each(arm, targets, seeds, oriented=tolerance is not None)
     exact = (distance <= POSITION_TOLERANCE) & (angle <= ANGLE_TOLERANCE)
     if tolerance is None or exact.any():
         return ends, distance, angle, exact
     metres, radians = tolerance
-    # the first descent ends at the least sum of both squares, which is no more than that of a solution
-    near = np.flatnonzero(np.hypot(distance, angle) <= 2.0 * np.hypot(metres, radians))  # it may not have ended yet
+    # the first descent minimises the sum of both squares; the factor 2 is for one that has not ended yet
+    near = np.flatnonzero(np.hypot(distance, angle) <= 2.0 * np.hypot(metres, radians))
     again = solve_each(arm, targets[near], ends[near], weight=radians / metres)
     good = (again[1] <= metres) & (again[2] <= radians)
     for former, better in zip((ends, distance, angle), again, strict=True):
@@ -92,10 +97,10 @@ def solve_within(
 
 
 def beyond_reach(arm: Arm, position: Floats) -> float:
-    """How far (m) ``position`` lies outside a sphere that the tool cannot leave; 0 inside it.
+    """Return the distance (m) of ``position`` from a sphere that the tool cannot leave; 0 inside it.
 
-    This is a proof, not an estimate: the sphere's centre is a joint whose origin does not move, and its radius is the
-    sum of the chain's offsets from there to the tool.
+    This is a proof: the sphere's centre is a joint whose origin does not move, and its radius is the sum of the chain's
+    offsets from there to the tool.
     """
     chain = Chain.from_arm(arm)
     _, home = joint_placements(chain, np.zeros((1, arm.dof)))
@@ -103,7 +108,7 @@ def beyond_reach(arm: Arm, position: Floats) -> float:
     total, best = length(placement.translation), 0.0
     while joint:
         # an offset along the first axis does not turn with it: the sphere around joint 2's origin is often smaller
-        if _origin_is_fixed(chain, joint):
+        if _has_fixed_origin(chain, joint):
             with np.errstate(over="ignore"):
                 apart = length(np.asarray(position) - home[joint, 0])
             best = max(best, apart - total)
@@ -113,8 +118,11 @@ def beyond_reach(arm: Arm, position: Floats) -> float:
     return best
 
 
-def _origin_is_fixed(chain: Chain, joint: int) -> bool:
-    """Whether a joint's origin cannot move: it is the first joint's, or lies on the axis of a first, revolute joint."""
+def _has_fixed_origin(chain: Chain, joint: int) -> bool:
+    """Return whether a joint's origin cannot move.
+
+    It is the first joint's, or lies on the axis of a first, revolute joint.
+    """
     parent = int(chain.parent[joint - 1])
     if parent == 0:
         return not chain.prismatic[joint - 1]
@@ -124,12 +132,12 @@ def _origin_is_fixed(chain: Chain, joint: int) -> bool:
     return bool(length(offset - dot(offset, axis) * axis) < 1e-9)
 
 
-def distinct_rows(arm: Arm, solved: Floats, apart: float = _APART, most: float = np.inf) -> Floats:
-    """The first of configurations (n, dof) that are ``apart`` (rad, m) from all before them, at most so many."""
-    kept = np.empty((0, arm.dof))
-    for q in solved:
-        if len(kept) >= most:
+def distinct_configurations(arm: Arm, configurations: Floats, apart: float = _APART, most: float = np.inf) -> Floats:
+    """Return the first ``most`` configurations of (n, dof) that are ``apart`` (rad, m) from all before."""
+    distinct = np.empty((0, arm.dof))
+    for q in configurations:
+        if len(distinct) >= most:
             break
-        if (np.abs(arm.difference(q, kept)).max(axis=1, initial=0.0) > apart).all():
-            kept = np.vstack([kept, arm.normalise(q)])
-    return kept
+        if (np.abs(arm.difference(q, distinct)).max(axis=1, initial=0.0) > apart).all():
+            distinct = np.vstack([distinct, arm.normalise(q)])
+    return distinct

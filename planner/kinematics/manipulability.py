@@ -1,7 +1,7 @@
-"""How well an arm moves its tool: Yoshikawa's manipulability w (Yoshikawa 1985) and measures in its place.
+"""Manipulability w of an arm (Yoshikawa 1985) and the measures that may replace it.
 
-w is the product of the singular values of the tool's Jacobian J, 0 at a singular configuration. Which rows of J count
-is ``arm.jacobian_rows``: "pose" (linear and angular), "translation", "rotation" or "planar" (x and y).
+w is the product of the singular values of the tool's Jacobian J, 0 at a singular configuration. ``arm.jacobian_rows``
+names its rows: "pose" (linear and angular), "translation", "rotation" or "planar" (x and y).
 """
 
 import numpy as np
@@ -15,33 +15,33 @@ from planner.problem.options import Measure
 
 _ALWAYS = 1e-9  # of w: rounding
 
-BANDS = {"singular": 0.01, "poor": 0.1, "fair": 0.5}  # w below such a share of the typical one, a roadmap's median
+BANDS = {"singular": 0.01, "poor": 0.1, "fair": 0.5}  # upper ends, as shares of the median w of a roadmap
 
 ROWS = {"pose": (0, 6), "translation": (0, 3), "rotation": (3, 6), "planar": (0, 2)}
 _UNIT = {"pose": "m³", "translation": "m³", "rotation": "", "planar": "m²"}
 
 
 def rows_of(arm: Arm) -> tuple[int, int]:
-    """The first row of the tool's Jacobian that counts, and the one behind the last; linear rows come first."""
+    """Return the first and the past-the-end row of the tool's Jacobian for w; linear rows come first."""
     return ROWS[arm.jacobian_rows]
 
 
 def measure_name(measure: Measure) -> str:
-    """The name of a built-in measure, or the qualified name of a function."""
+    """Return the name of a built-in measure, or the qualified name of a function."""
     return measure if isinstance(measure, str) else f"{measure.__module__}.{measure.__qualname__}"
 
 
 def unit_of(arm: Arm) -> str:
-    """The unit of the arm's measure; empty where it has none, or where only its author knows it."""
+    """Return the unit of the arm's measure; empty for none, and for a user's measure."""
     if arm.measure == "min-singular-value":
         return "" if arm.jacobian_rows == "rotation" else "m"
     return _UNIT[arm.jacobian_rows] if arm.measure in ("yoshikawa", "joint-limits") else ""
 
 
 def full_jacobians(arm: Arm, q: Floats, frame: int | None = None) -> Floats:
-    """The Jacobians (n, 6, dof) of a frame (the tool) at configurations (n, dof), in world axes at its origin.
+    """Return the Jacobians (n, 6, dof) of a frame (the tool) at configurations (n, dof), in world axes.
 
-    Linear rows first (m/rad), then angular ones.
+    They are at the frame's origin, linear rows first (m/rad), then angular ones.
     """
     model, aligned, chain = arm.model, pin.ReferenceFrame.LOCAL_WORLD_ALIGNED, Chain.from_arm(arm)
     data, matrices = model.createData(), np.zeros((len(q), 6, model.nv))
@@ -53,20 +53,20 @@ def full_jacobians(arm: Arm, q: Floats, frame: int | None = None) -> Floats:
 
 
 def jacobians(arm: Arm, q: Floats) -> Floats:
-    """The rows (n, rows, dof) of the tool's Jacobians that ``arm.jacobian_rows`` names, at configurations (n, dof).
+    """Return the rows (n, rows, dof) of the tool's Jacobians that ``arm.jacobian_rows`` names.
 
-    Translation and pose manipulability rank configurations differently (rank correlation 0.6 to 0.75), so the robot
-    file or the objective chooses.
+    ``q`` is (n, dof). Translation and pose manipulability rank configurations differently (rank correlation 0.6 to
+    0.75), so the robot file or the objective chooses.
     """
     return full_jacobians(arm, q)[:, slice(*rows_of(arm))]
 
 
 def manipulability(arm: Arm, q: Floats) -> Floats:
-    """w (n,), or the arm's own measure, at configurations (n, dof): 0 at a singular one, larger far from them.
+    """Return w (n,), or the arm's own measure, at configurations (n, dof): 0 at a singular one.
 
-    By orthogonalising the rows of J one after the other, as the lengths that are left multiply to that product; the
-    determinant in sqrt(det(J Jᵀ)) comes out negative by rounding in about half of all singular configurations. Modified
-    Gram-Schmidt is as good as LAPACK's QR here (Björck 1967). Unit m^3 for six rows, m^3 for three, m^2 for two.
+    The lengths that remain when the rows of J are orthogonalised one after the other multiply to w; the determinant in
+    sqrt(det(J Jᵀ)) is negative by rounding in about half of all singular configurations. Modified Gram-Schmidt is as
+    good as LAPACK's QR here (Björck 1967). Unit m^3 for six rows, m^3 for three, m^2 for two.
     """
     q = np.atleast_2d(np.asarray(q, dtype=float))
     if arm.measure != "yoshikawa":
@@ -75,9 +75,9 @@ def manipulability(arm: Arm, q: Floats) -> Floats:
 
 
 def node_manipulability(arm: Arm, q: Floats) -> Floats:
-    """The same w (n,) by Pinocchio's Jacobians, as every node of a roadmap has it: 10 us a configuration (n, dof).
+    """Return w (n,) at the nodes of a roadmap by Pinocchio's Jacobians: 10 us per configuration.
 
-    :func:`manipulability` is our own compiled code, for the many states between nodes; the tests hold the two equal.
+    :func:`manipulability` is our own compiled code, for the many states between nodes; the tests compare the two.
     """
     q = np.atleast_2d(np.asarray(q, dtype=float))
     if arm.measure != "yoshikawa":
@@ -87,7 +87,7 @@ def node_manipulability(arm: Arm, q: Floats) -> Floats:
 
 
 def manipulability_along(arm: Arm, start: Floats, delta: Floats, shares: Floats) -> Floats:
-    """w (n, k) along straight motions from ``start`` by ``delta`` (n, dof), after each of ``shares`` (k,) of them."""
+    """Return w (n, k) along motions from ``start`` by ``delta`` (n, dof), at ``shares`` (k,) of them."""
     if arm.measure != "yoshikawa":
         states = start[:, None] + shares[:, None] * delta[:, None]
         return evaluate_measure(arm, states.reshape(-1, arm.dof)).reshape(states.shape[:2])
@@ -95,17 +95,20 @@ def manipulability_along(arm: Arm, start: Floats, delta: Floats, shares: Floats)
 
 
 def is_always_singular(arm: Arm) -> bool:
-    """Whether w is 0 in every one of 16 random configurations, as where the tool's origin lies on the last axis."""
+    """Return whether w is 0 in 16 random configurations, as where the tool's origin is on the last axis."""
     q = np.random.default_rng(0).uniform(arm.lower, arm.upper, size=(16, arm.dof))
     return bool(manipulability(arm, q).max() < _ALWAYS)
 
 
 def evaluate_measure(arm: Arm, q: Floats) -> Floats:
-    """The arm's measure (n,) in place of w at configurations (n, dof); :class:`OptionError` where it is negative."""
+    """Return the arm's measure (n,) that replaces w at configurations (n, dof).
+
+    Raises :class:`OptionError` where it is negative.
+    """
     if callable(arm.measure):
         values = numbers("manipulability", arm.measure(q), (len(q),))
         if (values < 0.0).any():
-            raise OptionError(f"manipulability must not be negative, got {values.min():g}: give a measure from 0 up.")
+            raise OptionError(f"manipulability must be at least 0, got {values.min():g}: give another measure.")
         return values
     rows = jacobians(arm, q)
     if arm.measure == "joint-limits":
@@ -118,18 +121,18 @@ def evaluate_measure(arm: Arm, q: Floats) -> Floats:
 
 
 def _mobility(arm: Arm, q: Floats) -> Floats:
-    """(n, dof) 1 / (1 + |dH/dq|), from 1 in the middle of a joint's range to 0 at its limits (Chan and Dubey 1995).
+    """Return (n, dof) 1 / (1 + |dH/dq|) (Chan and Dubey 1995): 1 in mid-range, 0 at the limits.
 
     H = sum (u - l)² / (4 (u - q)(q - l)) over the limits l and u of the joints; a continuous joint has none.
     """
     below, above = np.maximum(q - arm.lower, 0.0), np.maximum(arm.upper - q, 0.0)
     slope = (arm.upper - arm.lower) ** 2 * np.abs(below - above)
-    room = 4.0 * (below * above) ** 2
-    return np.where(arm.continuous, 1.0, room / (room + slope))
+    scale = 4.0 * (below * above) ** 2
+    return np.where(arm.continuous, 1.0, scale / (scale + slope))
 
 
 def _volumes(rows: Floats) -> Floats:
-    """(n,) the volumes that the rows (n, k, m) of matrices span, k at most m, by modified Gram-Schmidt."""
+    """Return (n,) the volumes that the rows of matrices (n, k, m) span, k <= m, by modified Gram-Schmidt."""
     rows, volumes = rows.copy(), np.ones(len(rows))
     for k in range(rows.shape[1]):
         lengths = np.sqrt(np.einsum("nm,nm->n", rows[:, k], rows[:, k]))
@@ -140,6 +143,6 @@ def _volumes(rows: Floats) -> Floats:
 
 
 def tool_and_rows(arm: Arm) -> tuple[int, Floats, tuple[int, int]]:
-    """The joint that carries the tool, where the tool is in its frame, and :func:`rows_of` its Jacobian."""
+    """Return the joint that carries the tool, the tool's position in its frame, and :func:`rows_of` J."""
     joint, placement = tool_joint(arm)
     return joint, placement.translation, rows_of(arm)

@@ -24,7 +24,7 @@ from planner.problem.request import FollowRequest, Objective, TimingRequest, bui
 from planner.query.query import Query, make_checker_for, states_of
 from planner.query.resolve import other_turns, resolve
 from planner.roadmap.load_or_build import load_or_build_roadmap
-from planner.roadmap.roadmap import Roadmap, roomy_where_joined
+from planner.roadmap.roadmap import Roadmap, try_min_clearance
 from planner.search.manipulability_floor import highest_floor
 from planner.search.network import build_network
 from planner.tool_paths.file import read_tool_path
@@ -243,7 +243,7 @@ def _drop_backward_arcs(network: gabf.Network, along: Floats) -> gabf.Network:
 
 def _join(free: Plan, ladder: Roadmap, along: Floats) -> tuple[Roadmap, Floats]:
     """Return the free roadmap with the ladder behind its goals, without the other first rungs."""
-    roadmap = roomy_where_joined(free.roadmap, free.clearance_kept)
+    roadmap = try_min_clearance(free.roadmap, free.clearance_kept)
     number = np.where(along > 1e-9, NEW, LEFT_OUT)
     for goal in roadmap.goals:
         away = free.robot.difference(ladder.nodes[ladder.starts], roadmap.nodes[goal])

@@ -13,9 +13,9 @@ from planner.kinematics.manipulability import manipulability
 from planner.native.graphs import reachable
 from planner.planning.result import Curve, Plan
 from planner.problem.request import PlanQuality, SweepQuality
-from planner.roadmap.improve import Improvement, improve, remove_last_grown
+from planner.roadmap.improve import Improvement, drop_last_nodes, improve
 from planner.roadmap.roadmap import Roadmap, edge_motions, path_waypoints
-from planner.search.manipulability_floor import layered_network
+from planner.search.manipulability_floor import build_layers
 from planner.search.network import build_network, cheapest_steps
 from planner.trajectory.measure import path_manipulability
 
@@ -147,13 +147,13 @@ def trim_roadmap(roadmap: Roadmap, grown: int, quality: PlanQuality, clearance: 
     if len(roadmap.nodes) <= quality.nodes:
         return roadmap
     best = _best_nodes(roadmap, quality, quality.beta, clearance)
-    return remove_last_grown(roadmap, grown, quality.nodes, best)
+    return drop_last_nodes(roadmap, grown, quality.nodes, best)
 
 
 def _best_nodes(roadmap: Roadmap, quality: SweepQuality, beta: float, clearance: float) -> Ints:
     """Return the nodes (k,) of the best path at ``beta`` that keeps ``clearance`` (m) and the floor."""
     network = build_network(roadmap, quality.objective_at(beta), clearance)
-    layered = layered_network(roadmap, network, quality.min_manipulability)
+    layered = build_layers(roadmap, network, quality.min_manipulability)
     return layered.roadmap_node[cheapest_steps(layered.network, layered.starts)]
 
 

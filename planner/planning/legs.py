@@ -12,7 +12,7 @@ from planner.planning.solve import time_plan
 from planner.problem.outcome import CannotFollow
 from planner.problem.request import PlanRequest, TimingRequest
 from planner.query.query import Query
-from planner.roadmap.roadmap import Roadmap, roomy_where_joined
+from planner.roadmap.roadmap import Roadmap, try_min_clearance
 from planner.robot.robot import Robot
 from planner.tool_paths.ladder import continue_ladder
 from planner.tool_paths.ladder_roadmap import NEW, LadderProgress, attach_ladder, explain_stop, follow_ladder
@@ -45,7 +45,7 @@ class Legs:
         """Return the plan with the legs in its roadmap; starts and goals are those of the request."""
         if not (self.retreats or self.approaches):
             return free
-        roadmap = roomy_where_joined(free.roadmap, free.clearance_kept)
+        roadmap = try_min_clearance(free.roadmap, free.clearance_kept)
         roadmap, starts = _join(free.robot, roadmap, self.retreats, roadmap.starts)
         roadmap, goals = _join(free.robot, roadmap, self.approaches, roadmap.goals)
         return replace(free, roadmap=replace(roadmap, starts=starts, goals=goals), clearance_kept=0.0)

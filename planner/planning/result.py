@@ -230,7 +230,7 @@ class Plan(Result[PlanRecord]):
 
     def page(self) -> str:
         """Return the page as self-contained HTML; without a path the roadmap shows how far planning came."""
-        record, (paths, current) = self.record, self.shown_paths()
+        record, (paths, current) = self.record, self.page_paths()
         q = paths[current].path[0] if paths else self.roadmap.nodes[self.roadmap.starts[0]]
         wrong = (CONDITIONING, TOO_CLOSE)
         known = {"notes": self.end_notes, "command": self._command}
@@ -255,7 +255,7 @@ class Plan(Result[PlanRecord]):
         line = command_line("plan" if isinstance(self.request, PlanRequest) else "follow PATH", self.request)
         return f"{line} --no-timing" if self.solved and self.trajectory is None else line
 
-    def shown_paths(self) -> tuple[list[ShownPath], int]:
+    def page_paths(self) -> tuple[list[ShownPath], int]:
         """Return the paths of the page and the index of the plan's own; none without a path."""
         if self.cost is None:
             return [], 0

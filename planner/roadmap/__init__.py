@@ -1,1 +1,1 @@
-"""The roadmap: a graph of collision-free configurations whose edges are proven. Start with :func:`build_roadmap`."""
+"""The roadmap: a graph of free configurations with proven edges. Start with :func:`build_roadmap`."""

@@ -1,7 +1,7 @@
-"""New starts and goals on an existing roadmap, linked by proven edges; it grows only where they need a bridge."""
+"""New starts and goals on a roadmap, linked by proven edges; it grows only where they need a bridge."""
 
 import logging
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 
 import numpy as np
 
@@ -19,9 +19,9 @@ from planner.roadmap.roadmap import Roadmap, component_labels
 from planner.roadmap.shortcuts import DraftRoadmap, prove_shortcuts, prove_straight_paths, split_motions
 from planner.robot.robot import Robot
 
-SAME = 1e-9  # rad: a configuration this near a node is that node
-_FIRST = 10  # neighbours that a new end is linked to: every proof takes time from a query
-_WAY_NEIGHBOURS = 5  # links tried from each new node of a path that had to be grown
+SAME = 1e-9  # rad: a configuration this near to a node is that node
+
+_BRIDGE_NEIGHBOURS = 5  # links tried from each new node of a bridge
 
 _log = logging.getLogger(__name__)
 
@@ -36,23 +36,18 @@ def attach(
     progress: Progress = QUIET,
     join: bool = True,
 ) -> Roadmap:
-    """The roadmap with ``starts`` (s, dof) and ``goals`` (g, dof) as its starts and goals.
+    """Return the roadmap with ``starts`` (s, dof) and ``goals`` (g, dof) as its starts and goals.
 
     Those that are not nodes yet become nodes, linked to their nearest neighbours and by straight motions from start to
     goal, wherever that is proven. Where a start is then still disconnected from every goal, RRTConnect grows a path
     between them and the largest component: at most ``settings.join_motions`` motions per try; with ``join`` False
-    nothing grows. Then the best paths get proven shortcuts past their waypoints. The cost scale stays: costs mean the
-    same as before. One roadmap serves many starts: one field over it answers all of them. Raises :class:`StateError`
-    for an end that is not free.
+    nothing grows. Then the best paths get proven shortcuts past their waypoints. The cost scale stays, so costs remain
+    comparable. One roadmap serves many starts: one field over it answers all of them. Raises :class:`StateError` for an
+    end that is not free.
     """
     settings = settings or GrowthSettings()
 
-    def find_bridges(prover: RecordingProver, part: Floats, other: Floats) -> list[Floats]:
-        from planner.roadmap.connect_endpoints import bridges  # which loads OMPL: few queries need it
-
-        return bridges(prover, part, other, seed, settings, progress)
-
-    builder = _Builder(roadmap, checker, find_bridges, progress)
+    builder = _Builder(roadmap, checker, seed, settings, progress)
     ends = free_configurations([*(("start", q) for q in starts), *(("goal", q) for q in goals)], checker)
     first, last = np.split(np.array([builder.index(q) for q in ends], dtype=np.int64), [len(starts)])
     same = np.array_equal(first, roadmap.starts) and np.array_equal(last, roadmap.goals)
@@ -61,58 +56,50 @@ def attach(
     builder.link(np.arange(len(roadmap.nodes), len(builder.nodes)), NEIGHBOURS)
     builder.link_straight(first, last, settings.range)
     for start in dict.fromkeys(first.tolist() if join else ()):
-        builder.bring_together(start, last)
+        builder.join_to_goals(start, last)
     n, m = len(roadmap.nodes), len(roadmap.edges)
     linked = DraftRoadmap(roadmap, builder.nodes[n:], builder.edges[m:], first, last)
-    found = prove_shortcuts(linked, builder.prover, settings.range, progress)
-    edges = np.concatenate([linked.added_edges, found.edges()])
-    return enlarge_roadmap(roadmap, builder.prover, found.nodes()[n:], edges, (first, last))
+    forest = prove_shortcuts(linked, builder.prover, settings.range, progress)
+    edges = np.concatenate([linked.added_edges, forest.edges()])
+    return enlarge_roadmap(roadmap, builder.prover, forest.nodes()[n:], edges, (first, last))
 
 
 class _Builder:
-    """The roadmap's nodes and edges, and what is added to them."""
+    """The nodes and edges of a roadmap, and the additions to them."""
 
     def __init__(
         self,
         roadmap: Roadmap,
         checker: CollisionChecker,
-        find_bridges: Callable[[RecordingProver, Floats, Floats], list[Floats]],
+        seed: int,
+        settings: GrowthSettings,
         progress: Progress,
     ) -> None:
         self.robot, self.prover = checker.robot, RecordingProver(checker, progress)
-        self.find_bridges, self.progress = find_bridges, progress
+        self.seed, self.settings, self.progress = seed, settings, progress
         self.roadmap, self.nodes, self.edges = roadmap, roadmap.nodes, roadmap.edges
-        self._apart: dict[int, Floats] = {}  # of an end that became a node, from those before it
+        self._distances: dict[int, Floats] = {}  # from an end that became a node to the nodes before it
 
     def index(self, q: Floats) -> int:
-        """The node at ``q``, added if there is none."""
+        """Return the number of the node at ``q``; add it if it is new."""
         apart = np.linalg.norm(self.robot.difference(q, self.nodes), axis=1)
         nearest, new = int(np.argmin(apart)), len(self.nodes)
         if apart[nearest] <= SAME:
             return nearest
-        self.nodes, self._apart[new] = np.vstack([self.nodes, q]), apart
+        self.nodes, self._distances[new] = np.vstack([self.nodes, q]), apart
         return new
 
     def link(self, new: Ints, count: int) -> None:
-        """Link each of the ``new`` nodes to those before it that are nearest, wherever that is proven.
-
-        The nearest ``_FIRST`` are tried, and up to ``count`` where none of these can be reached.
-        """
-        near = {int(node): self._nearest(node, count) for node in new}
-        for tried in (slice(0, _FIRST), slice(_FIRST, count)):
-            pairs = [np.column_stack([rows[tried], np.full(len(rows[tried]), node)]) for node, rows in near.items()]
-            if not pairs:
-                break
-            edges = np.concatenate(pairs)
-            a, b = self.nodes[edges[:, 1]], self.nodes[edges[:, 0]]
-            delta = self.robot.difference(a, b)
-            edges = edges[self.prover.free(a, delta) & self.robot.is_below_half_turn(delta)]
-            self._add(edges)
-            near = {node: rows for node, rows in near.items() if node not in edges[:, 1]}
+        """Link each of the ``new`` nodes to the ``count`` nearest nodes before it, wherever that is proven."""
+        near = [(node, self._nearest(node, count)) for node in new.tolist()]
+        edges = np.array([(row, node) for node, rows in near for row in rows], dtype=np.int64).reshape(-1, 2)
+        a, b = self.nodes[edges[:, 1]], self.nodes[edges[:, 0]]
+        delta = self.robot.difference(a, b)
+        self._add(edges[self.prover.free(a, delta) & self.robot.is_below_half_turn(delta)])
 
     def _nearest(self, node: int, count: int) -> Ints:
-        """The nodes before ``node`` that are nearest to it, nearest first."""
-        apart = self._apart.get(node)
+        """Return the nodes before ``node`` that are nearest to it, nearest first."""
+        apart = self._distances.get(node)
         if apart is None:
             apart = np.linalg.norm(self.robot.difference(self.nodes[node], self.nodes[:node]), axis=1)
         if len(apart) <= count:
@@ -121,13 +108,13 @@ class _Builder:
         return near[np.argsort(apart[near], kind="stable")[:count]]
 
     def link_straight(self, starts: Ints, goals: Ints, longest: float) -> None:
-        """Add the straight motions from ``starts`` to ``goals`` that are proven, in pieces."""
+        """Add the proven straight motions from ``starts`` to ``goals``, split at ``longest`` (rad)."""
         self._add_paths(
             prove_straight_paths(MotionChecker(self.prover), self.nodes[starts], self.nodes[goals], longest)
         )
 
-    def bring_together(self, start: int, goals: Ints) -> None:
-        """Grow until ``start`` and one of the ``goals`` are joined, through the largest component if that helps."""
+    def join_to_goals(self, start: int, goals: Ints) -> None:
+        """Grow until ``start`` and one of the ``goals`` are joined, through the largest component if it helps."""
         if not len(goals) or self._reaches(start, goals):
             return
         before, labels = len(self.nodes), self._labels()
@@ -142,21 +129,22 @@ class _Builder:
         if self._reaches(start, goals):
             _log.warning("direct links did not join start and goal: the roadmap grew by %d nodes to join them", more)
         else:
-            _log.warning("neither direct links nor %d nodes more joined start and goal", more)
+            _log.warning("neither direct links nor %d more nodes joined start and goal", more)
 
     def _join(self, one: Bools, other: Bools) -> bool:
-        """Bridge the nodes in one mask (n,) and those in another, and link what is new; whether a bridge was found."""
+        """Bridge the nodes in one mask (n,) and those in another, and link new nodes; return the success."""
         if self.progress.stopped or not other.any():
             return False
         n = len(self.nodes)
-        found = self.find_bridges(self.prover, self.nodes[one], self.nodes[other])
-        if found:
-            self._add_paths(found)
-            self.link(np.arange(n, len(self.nodes)), _WAY_NEIGHBOURS)
-        return bool(found)
+        one_side, other_side = self.nodes[one], self.nodes[other]
+        paths = grow_bridges(self.prover, one_side, other_side, self.seed, self.settings, self.progress)
+        if paths:
+            self._add_paths(paths)
+            self.link(np.arange(n, len(self.nodes)), _BRIDGE_NEIGHBOURS)
+        return bool(paths)
 
     def _add_paths(self, paths: list[Floats]) -> None:
-        """Add proven paths; those ends that are nodes already stay these nodes."""
+        """Add proven paths; ends that are nodes already stay these nodes."""
         if not paths:
             return
         forest = Forest(self.nodes)
@@ -169,7 +157,7 @@ class _Builder:
         self.edges = np.concatenate([self.edges, edges])
 
     def _labels(self) -> Ints:
-        """(n,) component numbers: those of the roadmap, joined by the edges that were added."""
+        """Return (n,) component numbers: those of the roadmap, merged by the added edges."""
         known, more = self.roadmap.component_count, len(self.nodes) - len(self.roadmap.nodes)
         before = np.concatenate([self.roadmap.components, known + np.arange(more)])
         return component_labels(known + more, before[self.edges[len(self.roadmap.edges) :]])[before]
@@ -183,7 +171,7 @@ _PER_NODE = 4  # nodes of the other part, the nearest ones, that each node is pa
 _FIRST, _MOST = 32, 1024  # pairs proven together, twice as many each time, and pairs proven at most
 
 
-def bridges(
+def grow_bridges(
     prover: EdgeProver,
     part: Floats,
     other: Floats,
@@ -191,11 +179,12 @@ def bridges(
     settings: GrowthSettings | None = None,
     progress: Progress = QUIET,
 ) -> list[Floats]:
-    """Paths (k, dof) of proven motions between nodes ``part`` (n, dof) and ``other`` (m, dof); empty if none is found.
+    """Return paths (k, dof) of proven motions between nodes ``part`` (n, dof) and ``other`` (m, dof).
 
-    Pairs of near nodes are proven, the shortest first, until some hold: these come back, and nothing else is tried.
-    Where none of ``_MOST`` holds, RRTConnect searches near the shortest pair, then everywhere from all nodes at once,
-    by the counts of ``settings``. In pieces no longer than ``settings.range``. The same seed gives the same paths.
+    Pairs of near nodes are proven, the shortest first, until some are free: these are the result. Where none of
+    ``_MOST`` is, RRTConnect searches near the shortest pair, then everywhere from all nodes at once, with the counts of
+    ``settings``. No motion is longer than ``settings.range``. Empty where nothing succeeds. The same seed gives the
+    same paths.
     """
     robot, settings = prover.robot, settings or GrowthSettings()
     pairs = _near_pairs(robot, part, other)
@@ -212,7 +201,7 @@ def bridges(
 
 
 def _near_pairs(robot: Robot, part: Floats, other: Floats) -> Floats:
-    """(k, 2, dof) ends of straight motions from near nodes of one part to the other, the shortest first."""
+    """Return ends (k, 2, dof) of straight motions between near nodes of both sets, the shortest first."""
     if not (len(part) and len(other)):
         return np.zeros((0, 2, robot.dof))
     swapped = len(part) < len(other)
@@ -224,7 +213,7 @@ def _near_pairs(robot: Robot, part: Floats, other: Floats) -> Floats:
 
 
 def _batches(pairs: Floats) -> Iterator[Floats]:
-    """The pairs in order, ``_FIRST`` of them and then twice as many each time."""
+    """Yield the pairs in order, ``_FIRST`` of them and then twice as many each time."""
     begin, size = 0, _FIRST
     while begin < len(pairs):
         yield pairs[begin : begin + size]

@@ -1,4 +1,4 @@
-"""Links between near neighbours: what turns a tree, with one path between two nodes, into a graph with a choice."""
+"""Links between near neighbours: they turn a tree into a graph with a choice of paths."""
 
 from typing import Any
 
@@ -14,35 +14,41 @@ from planner.robot.robot import Robot
 NEIGHBOURS = 20
 LINKS = "links"  # a stage of progress
 _BATCH = 256  # candidates proven at a time
-_MEASURED = 8 * _BATCH  # candidates whose detour is measured before: with fewer the longest ones go unseen
-_FEW_PAIRS = 10_000  # of nodes and queries: all are measured in less time than a tree of them takes
+_MEASURED = 8 * _BATCH  # candidates whose detour is measured first: with fewer, long detours are missed
+_FEW_PAIRS = 10_000  # of nodes and queries: brute force takes less time than a tree
 _MANY = 512  # queries: for fewer, threads take longer to start than they save
-_LEAF = 32  # nodes in each leaf of the tree: what is the quickest for a thousand of them
-_LONGEST = 8.0  # times the direct distance: detours that are longer are all as good, and cost more to measure
+_LEAF = 32  # nodes in each leaf of the tree: the fastest for a thousand nodes
+_LONGEST = 8.0  # times the direct distance: longer detours count alike, as they take long to measure
 
 
 def nearest_neighbours(robot: Robot, nodes: Floats, count: int) -> tuple[Ints, Floats]:
-    """The ``count`` nearest others of every node (n, dof), nearest first: indices and joint distances, (n, count)."""
+    """Return indices and joint distances (n, count) of the ``count`` nearest others of every node.
+
+    The nearest comes first.
+    """
     n = len(nodes)
     count = max(min(count, n - 1), 0)
     length, order = find_nearest(robot, nodes, nodes, count + 1)
-    # a node is its own nearest, but for others that coincide with it
-    keep = np.argsort(order == np.arange(n)[:, None], axis=1, kind="stable")[:, :count]
-    return np.take_along_axis(order, keep, axis=1), np.take_along_axis(length, keep, axis=1)
+    # a node is its own nearest, unless others coincide with it
+    others = np.argsort(order == np.arange(n)[:, None], axis=1, kind="stable")[:, :count]
+    return np.take_along_axis(order, others, axis=1), np.take_along_axis(length, others, axis=1)
 
 
 def find_nearest(robot: Robot, nodes: Floats, queries: Floats, count: int) -> tuple[Floats, Ints]:
-    """Distances and rows (k, count) of the ``nodes`` (n, dof), n >= count, nearest to each of ``queries`` (k, dof)."""
+    """Return distances and rows (k, count) of the nodes (n, dof) nearest to each of ``queries`` (k, dof).
+
+    ``count`` is at most n.
+    """
     if len(nodes) * len(queries) <= _FEW_PAIRS:
         return _nearest_of_few(robot, nodes, queries, count)
-    from scipy.spatial import KDTree  # 0.2 s to load: only where a roadmap is linked
+    from scipy.spatial import KDTree  # takes 0.2 s to import
 
     size = None
-    if robot.continuous.any():  # in a box without edges a search takes three times as long
+    if robot.continuous.any():  # a search in a periodic box takes three times as long
         size = np.where(robot.continuous, 2 * np.pi, 0.0)
         nodes, queries = (np.where(robot.continuous, in_one_turn(q), q) for q in (nodes, queries))
     tree = KDTree(nodes, _LEAF, boxsize=size)
-    nearest: Any = [*range(1, count + 1)]  # a list keeps the second axis where it has one entry
+    nearest: Any = [*range(1, count + 1)]  # with a list the result has a second axis even for one entry
     length, order = tree.query(queries, k=nearest, workers=threads() if len(queries) >= _MANY else 1)
     return length, np.asarray(order, dtype=np.int64)
 
@@ -56,7 +62,7 @@ def _nearest_of_few(robot: Robot, nodes: Floats, queries: Floats, count: int) ->
 
 
 def candidate_links(robot: Robot, nodes: Floats, edges: Ints, neighbours: int = NEIGHBOURS) -> Ints:
-    """Pairs (k, 2) worth proving, in order: everyone's nearest neighbour first, then everyone's second nearest."""
+    """Return pairs (k, 2) to prove: all nodes' nearest neighbours, then their second nearest, and so on."""
     order, _ = nearest_neighbours(robot, nodes, neighbours)
     n = len(nodes)
     rank_major = np.column_stack([np.tile(np.arange(n), order.shape[1]), order.T.ravel()])
@@ -75,17 +81,17 @@ def connect(
     target: int,
     progress: Progress = QUIET,
 ) -> Ints:
-    """``edges`` and proven links between near neighbours, until there are ``target`` edges or no candidate is left.
+    """Return ``edges`` and proven links between near neighbours, ``target`` edges at most.
 
-    Of all the candidates the ones go first that save the longest detour (Nieuwenhuisen and Overmars 2004): a link
-    between siblings of a tree adds an edge and no choice.
+    The candidates with the longest detours come first (Nieuwenhuisen and Overmars 2004): a link between siblings of a
+    tree adds an edge and no choice.
     """
     robot, accepted = prover.robot, edges.reshape(-1, 2)
     if progress.stopped or len(accepted) >= target:
         return accepted
     candidates = candidate_links(robot, nodes, accepted)
     direct = _lengths(robot, nodes, candidates)
-    # links only shorten paths, so a detour measured earlier is never too small: measure again only those on top
+    # links only shorten paths, so a former detour is an upper bound: measure only the largest again
     detour = np.full(len(candidates), np.inf)
     while len(accepted) < target and len(candidates) and not progress.stopped:
         top = np.argsort(-detour, kind="stable")[:_MEASURED]
@@ -100,15 +106,15 @@ def connect(
         delta = robot.difference(a, b)
         free = pairs[prover.free(a, delta) & robot.is_below_half_turn(delta)][: target - len(accepted)]
         accepted = np.concatenate([accepted, free])
-        keep = np.ones(len(candidates), dtype=bool)
-        keep[batch] = False
-        candidates, direct, detour = candidates[keep], direct[keep], detour[keep]
+        left = np.ones(len(candidates), dtype=bool)
+        left[batch] = False
+        candidates, direct, detour = candidates[left], direct[left], detour[left]
         progress(LINKS, len(accepted), target)
     return accepted
 
 
 def _one_per_node(pairs: Ints, most: int) -> list[int]:
-    """The first ``most`` rows of ``pairs`` that share no node with earlier ones: no gap is bridged twice in a batch."""
+    """Return the first ``most`` rows of ``pairs`` that share no node: a batch bridges no gap twice."""
     used: set[int] = set()
     rows: list[int] = []
     for row, (i, j) in enumerate(pairs.tolist()):

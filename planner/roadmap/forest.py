@@ -1,4 +1,4 @@
-"""Nodes and the motions between them while they are being collected."""
+"""Nodes and motions between them, while they are collected."""
 
 import itertools
 
@@ -6,17 +6,17 @@ import numpy as np
 
 from planner.base.arrays import Floats, Ints, row_bytes
 
-_FEW = 64  # rows that are looked for one by one; an index of many nodes pays from some hundred on
+_FEW = 64  # linear searches before an index is made, which pays from some hundred on
 
 
 class Forest:
-    """Nodes by their exact values, so that a configuration of two planners is one node."""
+    """Nodes by their exact values, so that equal configurations of two planners are one node."""
 
     def __init__(self, nodes: Floats | None = None, edges: Ints | None = None) -> None:
         self._first = np.zeros((0, 0)) if nodes is None else np.array(nodes, dtype=np.float64)
         self._added: list[Floats] = []
         self._edges: list[tuple[int, int]] = [] if edges is None else [(i, j) for i, j in edges.tolist()]
-        self._index: dict[bytes, int] = {}  # of what was added, and of the first nodes that were looked for
+        self._index: dict[bytes, int] = {}  # of the added nodes, and of the first nodes once searched
         self._left = _FEW if len(self._first) else 0
 
     def __len__(self) -> int:
@@ -26,7 +26,7 @@ class Forest:
         return self._number(q, q.tobytes()) is not None
 
     def add(self, q: Floats) -> int:
-        """The number of the node at ``q`` (dof,), which becomes one if it is none."""
+        """Return the number of the node at ``q`` (dof,); add it if it is new."""
         return self._add(q, q.tobytes())
 
     def _add(self, q: Floats, key: bytes) -> int:
@@ -53,7 +53,7 @@ class Forest:
     def _index_first(self) -> None:
         self._left = 0
         for k, key in enumerate(row_bytes(self._first)):
-            self._index.setdefault(key, k)  # of nodes that are the same the first one, as row by row
+            self._index.setdefault(key, k)  # the first of equal nodes
 
     def add_edge(self, a: Floats, b: Floats) -> None:
         self._join(self.add(a), self.add(b))
@@ -67,7 +67,7 @@ class Forest:
             self.add_edge(a, b)
 
     def add_edges(self, motions: Floats) -> None:
-        """Of many ``motions`` (m, 2, dof), in their order; as :meth:`add_edge` of each."""
+        """Add ``motions`` (m, 2, dof) in their order, as :meth:`add_edge` of each."""
         self._index_first()
         ends = motions.reshape(-1, motions.shape[2])
         numbers = [self._add(q, key) for q, key in zip(ends, row_bytes(ends), strict=True)]
@@ -75,8 +75,8 @@ class Forest:
             self._join(i, j)
 
     def nodes(self) -> Floats:
-        parts = [np.array(rows) for rows in (self._first, self._added) if len(rows)]
-        return np.concatenate(parts) if parts else self._first
+        arrays = [np.array(rows) for rows in (self._first, self._added) if len(rows)]
+        return np.concatenate(arrays) if arrays else self._first
 
     def edges(self) -> Ints:
         unique = dict.fromkeys(self._edges)

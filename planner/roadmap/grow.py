@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 
-from planner.base.arrays import Floats, Ints
+from planner.base.arrays import Floats, Ints, length
 from planner.base.progress import QUIET, Progress
 from planner.base.resolutions import MOTION_IN_GROWTH
 from planner.collision.edge_prover import EdgeProver
@@ -15,23 +14,19 @@ from planner.kinematics.manipulability import manipulability
 from planner.roadmap.edges import MotionChecker
 from planner.roadmap.first_path import FirstPathSearch, JoinSettings, find_shorter_path
 from planner.roadmap.forest import Forest
-from planner.roadmap.ompl_planners import JointSpace
+from planner.roadmap.ompl_planners import JointSpace, Tree, TreePlanners
 from planner.robot.robot import Robot
-
-if TYPE_CHECKING:
-    from planner.roadmap.ompl_planners import Tree
-from planner.base.arrays import length
 
 
 @dataclass(frozen=True)
 class GrowthSettings:
-    """How far a tree steps and how long it tries; counts, never clocks, so that a run can be repeated.
+    """The step and the budget of a tree, in counts instead of seconds, so that a run can be repeated.
 
-    ``range`` (rad): longer steps cross free space sooner, shorter ones enter narrow passages. ``join_motions``: motions
-    that the search for a first path may check before it gives up, 8000 per joint where left out; ``shortcuts``: how
-    often partial shortcuts of that path are tried. ``motions_per_node``: motions that RRT may check for each node it is
-    to add. ``floor``: manipulability w that all motions keep above, but for those that lead up to it from a start or
-    goal below; 0 for none.
+    ``range`` (rad): longer steps cross free space sooner, shorter ones enter narrow passages. ``join_motions``: the
+    most motions that the search for a first path may check, 8000 per joint by default; ``shortcuts``: the partial
+    shortcuts of that path to try. ``motions_per_node``: the most motions that RRT may check per node to add. ``floor``:
+    manipulability w that all motions exceed, except for those that lead up to it from a start or goal below; 0 for
+    none.
     """
 
     range: float = 0.8
@@ -42,11 +37,11 @@ class GrowthSettings:
 
 
 _JOIN_PER_JOINT = 8000  # motions
-_SHORTER_PER_NODE, _SHORTER = 5, 10_000  # motions at most that the search for shorter first paths may check
-_NEARLY_STRAIGHT = 1.1  # times the distance of the nearest start and goal: a path so short is short enough
-_SHARE_OF_PATHS = 0.3  # of the nodes: first paths that have more are enough
-_PART = 250  # nodes at least that a tree grows before its motions are proven
-_ABOVE = 0.02  # growth keeps so much above the floor, relative: between two sampled states w may dip
+_SHORTER_PER_NODE, _SHORTER = 5, 10_000  # most motions that the search for shorter first paths may check
+_NEARLY_STRAIGHT = 1.1  # times the distance of the nearest start and goal: shorter paths are short enough
+_SHARE_OF_PATHS = 0.3  # of the nodes, for first paths
+_BATCH = 250  # nodes at least that a tree grows before its motions are proven
+_ABOVE = 0.02  # relative slack above the floor: between two sampled states w may dip
 ROADMAP = "roadmap"  # a stage of progress
 
 
@@ -71,21 +66,21 @@ def grow(
     settings: GrowthSettings,
     progress: Progress = QUIET,
 ) -> Growth:
-    """Grow about ``nodes`` configurations around first paths from ``starts`` (s, dof) to ``goals`` (g, dof).
+    """Grow about ``nodes`` configurations around first paths from ``starts`` to ``goals``, (k, dof) each.
 
-    These are all straight motions that are proven, and where there is none the path that RRTConnect finds, and more
-    that it finds where a shorter one may pass: what is found first is often several times as long as need be, and no
-    refinement leads from one way around the obstacles to another. Should the first path need more than ``nodes``, all
-    of it is kept. The same seed gives the same growth.
+    These are all proven straight motions, and where there is none the path of RRTConnect, and more that it finds where
+    a shorter one may pass: the first path is often several times as long as necessary, and no refinement leads from one
+    way around the obstacles to another. If the first path needs more than ``nodes``, all of it stays. The same seed
+    gives the same growth.
     """
     rng = np.random.default_rng(seed)
     motions, forest = MotionChecker(prover, (1.0 + _ABOVE) * settings.floor), Forest()
     first = np.array([forest.add(q) for q in starts], dtype=np.int64)
     last = np.array([forest.add(q) for q in goals], dtype=np.int64)
     search = FirstPathSearch(motions, join_settings(settings, prover.robot), rng, progress)
-    if settings.floor > 0 and len(goals):  # else ``starts`` are a tree whose paths reach the floor already
-        starts, goals = _risen(forest, motions, starts), _risen(forest, motions, goals)
-    straight = search.straight(starts, goals)
+    if settings.floor > 0 and len(goals):  # without goals, ``starts`` are a tree whose paths reach the floor already
+        starts, goals = _ascend(forest, motions, starts), _ascend(forest, motions, goals)
+    straight = search.find_straight(starts, goals)
     spine = None if straight or np.isin(first, last).any() else search.join(starts, goals)
     joining = straight if spine is None else [spine]
     for path in joining:
@@ -98,7 +93,7 @@ def grow(
 
 
 def join_settings(settings: GrowthSettings, robot: Robot) -> JoinSettings:
-    """How long a first path is searched for a ``robot``."""
+    """Return the budget of the search for a first path of a ``robot``."""
     return JoinSettings(settings.range, settings.join_motions or _JOIN_PER_JOINT * robot.dof, settings.shortcuts)
 
 
@@ -113,19 +108,19 @@ def _add_shorter_paths(
     rng: np.random.Generator,
     progress: Progress,
 ) -> int:
-    """Add paths to ``forest``, each searched where one shorter than all before may pass; the motions checked."""
+    """Add paths to ``forest`` that may be shorter than all before; return the number of checked motions."""
     robot, checked, longest = motions.robot, 0, _length(motions.robot, path)
     enough = _NEARLY_STRAIGHT * float(np.linalg.norm(robot.difference(starts[:, None], goals[None]), axis=2).min())
     limit = min(_SHORTER_PER_NODE * nodes, _SHORTER)
     join = join_settings(settings, robot)
     while longest > enough and checked < limit and len(forest) < _SHARE_OF_PATHS * nodes and not progress.stopped:
         within_limit = replace(join, motions=limit - checked)
-        found, tried = find_shorter_path(motions, within_limit, starts, goals, longest, rng, progress)
-        checked += max(tried, 1)  # a search that could not even begin counts, so that this ends
+        shorter, count = find_shorter_path(motions, within_limit, starts, goals, longest, rng, progress)
+        checked += max(count, 1)  # counts a search that could not begin, so that the loop ends
         progress("shorter paths", min(checked, limit), limit)
-        if found is not None:
-            forest.add_path(found)
-            longest = min(longest, _length(robot, found))
+        if shorter is not None:
+            forest.add_path(shorter)
+            longest = min(longest, _length(robot, shorter))
     progress("shorter paths", checked, checked)
     return checked
 
@@ -134,8 +129,8 @@ def _length(robot: Robot, path: Floats) -> float:
     return float(np.linalg.norm(robot.difference(path[:-1], path[1:]), axis=1).sum())
 
 
-def _risen(forest: Forest, motions: MotionChecker, ends: Floats) -> Floats:
-    """The states (m, dof) where paths up from ``ends`` (k, dof) reach the floor; all paths are added to the forest."""
+def _ascend(forest: Forest, motions: MotionChecker, ends: Floats) -> Floats:
+    """Return the states (m, dof) where paths up from ``ends`` (k, dof) reach the floor; add the paths."""
     paths = [ascend_manipulability(motions.prover, q, motions.floor) for q in ends]
     for path in paths:
         forest.add_path(path)
@@ -146,76 +141,74 @@ def _risen(forest: Forest, motions: MotionChecker, ends: Floats) -> Floats:
 def grow_tree(
     motions: MotionChecker,
     forest: Forest,
-    wanted: int,
+    count: int,
     settings: GrowthSettings,
     rng: np.random.Generator,
     progress: Progress = QUIET,
 ) -> int:
-    """RRT from every node of ``forest``, until ``wanted`` more are added or too many motions were refused.
+    """Grow RRT from every node of ``forest``, until ``count`` are added or too many motions were refused.
 
     Motions are sampled in a few states while the tree grows and proven many at a time afterwards, which takes half as
-    long as proving them one by one. Branches behind a motion without a proof are dropped, and the tree grows on.
-    Returns the number of motions that were checked.
+    long as one by one. Branches behind a motion without a proof are dropped, and the tree grows on. Returns the number
+    of motions that were checked.
     """
-    full, checked, limit = len(forest) + wanted, 0, settings.motions_per_node * wanted
-    most = 0  # nodes that were shown: some of them may lack a proof
+    full, checked, limit = len(forest) + count, 0, settings.motions_per_node * count
+    most = 0  # reported nodes, some of which may lack a proof
     while len(forest) < full and checked < limit and not progress.stopped:
-        from planner.roadmap.ompl_planners import TreePlanners  # not loaded where nothing is to grow
-
         before = len(forest)
-        check = motions.sampling_check(MOTION_IN_GROWTH)
+        check = motions.make_state_check(MOTION_IN_GROWTH)
         with TreePlanners(JointSpace.from_robot(motions.robot), check, rng, progress, motions.constraints) as planners:
             planners.on_accept = lambda new, old=before, most=most: progress(ROADMAP, max(old + new, most), full)
-            part = min(full - before, max(_PART, before // 4))  # every part begins with all there is
-            tree = planners.rrt(forest.nodes(), motions.step(settings.range), part, limit - checked)
+            batch = min(full - before, max(_BATCH, before // 4))
+            tree = planners.rrt(forest.nodes(), motions.step(settings.range), batch, limit - checked)
             most = max(most, before + planners.accepted)
-        checked += max(planners.checked, 1)  # a tree that could not even begin counts, so that growing ends
+        checked += max(planners.checked, 1)  # counts a tree that could not begin, so that the loop ends
         _add_proven(motions, forest, tree)
     return checked
 
 
 def _add_proven(motions: MotionChecker, forest: Forest, tree: Tree) -> None:
-    """Add to ``forest`` what proven motions connect to it of ``tree``, which begins with its nodes."""
+    """Add to ``forest`` the proven motions of ``tree`` that are connected to it; its nodes begin the tree."""
     if not len(tree.edges):
         return
     motions_of_tree = tree.nodes[tree.edges]
     a, b = np.moveaxis(motions_of_tree, 1, 0)
     proven = motions.prover.free(a, motions.robot.difference(a, b), motions.resolution).tolist()
     joined = [True] * len(forest) + [False] * (len(tree.nodes) - len(forest))
-    kept = []
+    rows = []
     for row, ((parent, child), is_proven) in enumerate(zip(tree.edges.tolist(), proven, strict=True)):
         if is_proven and joined[parent]:
-            kept.append(row)
+            rows.append(row)
             joined[child] = True
-    forest.add_edges(motions_of_tree[kept])
+    forest.add_edges(motions_of_tree[rows])
 
 
 _STEP = 0.05  # rad
 _STEPS = 80
-_TRIES = 12  # directions beside the steepest one, where that is blocked
-_SPREAD = 1.4  # length of what is added to the steepest direction, which has length 1
-_STATES = np.linspace(0.0, 1.0, 6)[1:]  # of a step at which w must have risen
+_TRIES = 12  # directions near the steepest one, where that is blocked
+_SPREAD = 1.4  # length of the random addition to the steepest direction, which has length 1
+_STATES = np.linspace(0.0, 1.0, 6)[1:]  # of a step, at which w must rise
 _EPS = 1e-4  # rad, finite differences
 
 
 def ascend_manipulability(prover: EdgeProver, q: Floats, floor: float) -> Floats:
-    """A path (k, dof) from ``q`` up to manipulability ``floor``, as far as small proven steps uphill lead.
+    """Return a path (k, dof) from ``q`` up to w = ``floor``, or as far as small proven steps lead.
 
-    w rises from each sampled state to the next. Its last row falls short of ``floor`` where every step up is blocked.
+    w rises from each sampled state to the next. The last row is below ``floor`` where every step up is blocked.
     """
     robot, rng = prover.robot, np.random.default_rng(0)
     rows, w = [q], float(manipulability(robot, q[None])[0])
     while w < floor and len(rows) <= _STEPS:
-        found = _step(prover, rows[-1], w, rng)
-        if found is None:
+        end = _step(prover, rows[-1], w, rng)
+        if end is None:
             break
-        rows.append(found)
-        w = float(manipulability(robot, found[None])[0])
+        rows.append(end)
+        w = float(manipulability(robot, end[None])[0])
     return robot.normalise(np.array(rows))
 
 
 def _step(prover: EdgeProver, q: Floats, w: float, rng: np.random.Generator) -> Floats | None:
-    """The proven step that gains most w, among those along which w rises everywhere."""
+    """Return the end of the proven step that gains most w, among those along which w rises."""
     robot = prover.robot
     slope = manipulability(robot, q + _EPS * np.eye(robot.dof)) - w
     uphill = slope / max(length(slope), 1e-300)

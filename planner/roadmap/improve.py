@@ -1,10 +1,10 @@
-"""A roadmap improved for one objective: its best paths refined, and other ones searched where samples say they may be.
+"""Improve a roadmap for one objective: refine its best paths and search others by informed samples.
 
-Work is counted in rounds, ``refinement_rounds`` of them at most: they end once two thirds have gained nothing. A round
-refines the cheapest path that still gains. Every third one, or every second one where w counts, or where no path gains,
-one adds informed samples and a path that RRTConnect finds where a cheaper one may pass, searches a cheaper path through
-them or else one unlike those that were found before, and refines that. So paths of several homotopy classes are
-refined, and as the effort grows the cheapest one converges to the optimum.
+Work is counted in ``rounds``: they end once two thirds have gained nothing. A round refines the cheapest path that
+still gains. Every third one, or every second one where w counts, or where no path gains, a round adds informed samples
+and a path of RRTConnect where a cheaper one may pass, searches a cheaper path through them or else one unlike those
+before, and refines it. So paths of several homotopy classes are refined, and with the number of rounds the cheapest one
+converges to the optimum.
 """
 
 from dataclasses import dataclass, replace
@@ -20,29 +20,29 @@ from planner.roadmap.edges import MotionChecker, RecordingProver, enlarge_roadma
 from planner.roadmap.first_path import find_shorter_path
 from planner.roadmap.forest import Forest
 from planner.roadmap.grow import GrowthSettings, join_settings
-from planner.roadmap.informed import LazyRoadmap, informed_samples
+from planner.roadmap.informed import LazyRoadmap, sample_informed_set
 from planner.roadmap.refine import PathRefiner, simplify
 from planner.roadmap.roadmap import Roadmap
 from planner.roadmap.shortcuts import count_parts
 from planner.robot.robot import Robot
 
 IMPROVING = "improve"  # a stage of progress
-_WORKING_ROOM = 1e-3  # m: motions that pass closer take long to prove; a path's last descent goes on from there
-_GAIN = 3e-3  # relative: a round that gains less is a path's last one, until all are through
-_HOPELESS = 1.25  # a path is left once it costs so many times the cheapest one after its first round
+_WORKING_CLEARANCE = 1e-3  # m: proofs of closer motions take long; only a path's last descent allows them
+_GAIN = 3e-3  # relative: a round that gains less is a path's last one, until all are refined
+_HOPELESS = 1.25  # a path is dropped once it costs so many times the cheapest one after its first round
 _EXPLORED_EVERY, _EXPLORED_EVERY_FOR_W = 3, 2  # rounds; where w counts there are more local optima
 _JOIN_MOTIONS = 3000  # that RRTConnect may check in each of them
 _LONGER = 2.0  # times the best path's length: where w counts a cheaper path may be longer, but rarely more
-_PATIENCE, _SETTLED = 8, 1e-3  # two thirds of the rounds, these at least, that gain less than this are the last ones
-_RESUMED = 4  # after so many searches the cheapest path is refined once more
+_PATIENCE, _SETTLED = 8, 1e-3  # rounds, at least, that gain less than this share before the search ends
+_RESUMED = 4  # after so many searches the cheapest path is refined again
 
 
 @dataclass(frozen=True, eq=False)
 class Improvement:
     """The ``roadmap`` with the refined paths as nodes and edges, and the best cost after each round.
 
-    ``curve`` are pairs (rounds spent, cost of the cheapest path known), the cost as the network charges it; empty where
-    no path was known. The last one is that after :func:`planner.roadmap.refine.simplify`, which may raise it.
+    ``curve`` are pairs (rounds spent, cost of the cheapest known path), the cost as the network charges it; empty
+    without a path. The last one is that after :func:`planner.roadmap.refine.simplify`, which may raise it.
     """
 
     roadmap: Roadmap
@@ -51,7 +51,7 @@ class Improvement:
 
 @dataclass(eq=False)
 class _Candidate:
-    """A path that is being refined."""
+    """A path under refinement."""
 
     path: Floats
     cost: float
@@ -72,7 +72,7 @@ class _Search:
         clearance: float = 0.0,
     ) -> None:
         self._around = around
-        self.finisher, self.refiner = refiner, replace(refiner, resolution=max(refiner.resolution, _WORKING_ROOM))
+        self.finisher, self.refiner = refiner, replace(refiner, resolution=max(refiner.resolution, _WORKING_CLEARANCE))
         self._rng, cost = np.random.default_rng(refiner.seed + 1), refiner.cost
         whole = replace(refiner, cost=replace(cost, longest=np.inf))  # edges of any length stand in the roadmap
         edges = roadmap.edges[roadmap.clearance >= clearance]
@@ -90,7 +90,7 @@ class _Search:
         return min(self.candidates, key=lambda c: c.cost, default=None)
 
     def round(self) -> None:
-        """Refine the cheapest path that still gains; where there is none, and every third time, search another one."""
+        """Refine the cheapest path that still gains, or search another one."""
         self._rounds += 1
         if self._rounds % self._every == self._every - 1 or not any(c.gains for c in self.candidates):
             newest = self._explore()
@@ -100,9 +100,9 @@ class _Search:
         if open_:
             self._refine(newest or min(open_, key=lambda c: c.cost))
 
-    def take(self, path: Floats) -> _Candidate:
-        """Add a path of proven motions, angles unwound, to those that are refined."""
-        path = self._cut(path)
+    def add_candidate(self, path: Floats) -> _Candidate:
+        """Add a path of proven motions, angles unwound, to the candidates."""
+        path = self._split_costless(path)
         self.candidates.append(_Candidate(path, self.refiner.total(path)))
         self.graph.penalise(path)
         return self.candidates[-1]
@@ -118,7 +118,7 @@ class _Search:
             candidate.cost = self.refiner.total(candidate.path)
 
     def finish(self) -> None:
-        """The last descent of the cheapest path, where rounds ended before it was through, and fewer corners of it."""
+        """Finish the last descent of the cheapest path and simplify it."""
         if (best := self.best) is None:
             return
         if best.gains:
@@ -127,22 +127,22 @@ class _Search:
         best.cost = self.refiner.total(best.path)
 
     def _explore(self) -> _Candidate | None:
-        """A cheaper path through more informed samples, or else one unlike those found before; None where none is."""
+        """Return a cheaper path through more informed samples, or one unlike those before; None without one."""
         best, self._explored = self.best, self._explored + 1
         around = self._around if best is None else best.path
         if around is not None:
-            self.graph.add(informed_samples(self.refiner, around, self._rate, self._rng))
-            if (joined := self._joined(around)) is not None:
-                self.graph.add_path(joined)
-        found = self.graph.cheapest_path()
+            self.graph.add(sample_informed_set(self.refiner, around, self._rate, self._rng))
+            if (joining := self._join_ends(around)) is not None:
+                self.graph.add_path(joining)
+        path = self.graph.cheapest_path()
         if best is not None:
             best.gains |= self._explored % _RESUMED == 0
-            if found is None or self.refiner.total(self._cut(found)) >= best.cost * (1.0 - _GAIN):
-                found = self.graph.cheapest_path(other=True)
-        return None if found is None else self.take(found)
+            if path is None or self.refiner.total(self._split_costless(path)) >= best.cost * (1.0 - _GAIN):
+                path = self.graph.cheapest_path(other=True)
+        return None if path is None else self.add_candidate(path)
 
-    def _joined(self, around: Floats) -> Floats | None:
-        """A path that RRTConnect finds where one cheaper than the best, or ``around``, may pass; None if it fails."""
+    def _join_ends(self, around: Floats) -> Floats | None:
+        """Return a path of RRTConnect that may be cheaper than the best, or than ``around``; None on failure."""
         refiner, cost, best = self.refiner, self.refiner.cost, self.best
         longest = _LONGER * float(np.linalg.norm(np.diff(around, axis=0), axis=1).sum())
         if best is not None and self._rate > 0:
@@ -150,13 +150,13 @@ class _Search:
         rng = np.random.default_rng([refiner.seed, self._explored])
         motions = MotionChecker(refiner.prover, cost.objective.floor)
         settings = join_settings(GrowthSettings(join_motions=_JOIN_MOTIONS), motions.robot)
-        if cost.objective.beta < 1.0:  # a shorter path is no better one there, and refined as soon
+        if cost.objective.beta < 1.0:  # a shorter path need not be cheaper there
             settings = replace(settings, shortcuts=0)
         ends = self.graph.starts, self.graph.goals
         return find_shorter_path(motions, settings, *ends, longest, rng, refiner.progress)[0]
 
-    def _cut(self, path: Floats) -> Floats:
-        """The path without motions that have no cost: those that are too long, or that their ends do not tell."""
+    def _split_costless(self, path: Floats) -> Floats:
+        """Return the path without motions of infinite cost: too long, or half a turn."""
         cost = self.refiner.cost
         longest = cost.longest if cost.objective.beta < 1.0 else np.inf
         return cut(path, count_parts(cost.robot, np.diff(path, axis=0), longest))
@@ -173,23 +173,22 @@ def improve(
     around: Floats | None = None,
     clearance: float = 0.0,
 ) -> Improvement:
-    """At most ``refinement_rounds`` rounds for the objective ``cost``, from a ``path`` (k, dof) along edges of
-    ``roadmap`` if any.
+    """Improve ``roadmap`` for the objective of ``cost`` in at most ``rounds`` rounds.
 
-    With a floor of ``cost``, ``path`` must keep above it. Of the roadmap's edges those count that are certified to keep
-    ``clearance`` (m) beyond its margin; new motions keep the margin of ``checker``. Nodes and edges of the roadmap
-    stay, so no path on it becomes costlier. More effort gives cheaper paths.
-    Without a ``path`` one is searched, through samples ``around`` another path (j, dof) where there is one.
+    ``path`` (k, dof) leads along edges of ``roadmap``; without one it is searched, through samples ``around`` another
+    path (j, dof) if given. With a floor of ``cost``, ``path`` must stay above it. Only edges certified to have
+    ``clearance`` (m) beyond the roadmap's margin count; new motions have the margin of ``checker``. Nodes and edges of
+    the roadmap stay, so no path on it becomes costlier. More rounds give cheaper paths.
     """
     prover = RecordingProver(checker, progress)
     refiner = PathRefiner(prover, cost, PROOF, seed, progress)
     starts, goals = roadmap.starts, roadmap.goals
-    if path is not None and cost.objective.floor > 0:  # it may be part of one only
+    if path is not None and cost.objective.floor > 0:  # it may be only a section of a path from a start to a goal
         starts, goals = (np.array([_nearest(checker.robot, roadmap.nodes, q)]) for q in path[[0, -1]])
     search = _Search(roadmap, refiner, starts, goals, around, clearance)
     first = search.graph.cheapest_path() if path is None else checker.robot.unwound(path)
     if first is not None:
-        search.take(first)
+        search.add_candidate(first)
     curve = [] if search.best is None else [(0, search.best.cost)]
     progress(IMPROVING, 0, rounds)
     for spent in range(1, rounds + 1):
@@ -206,13 +205,13 @@ def improve(
         return Improvement(roadmap)
     search.finish()
     curve[-1] = (curve[-1][0], search.best.cost)
-    kept = [c.path for c in search.candidates if c.cost < _HOPELESS * search.best.cost]
-    return Improvement(add_paths(roadmap, prover, kept), tuple(curve))
+    paths = [c.path for c in search.candidates if c.cost < _HOPELESS * search.best.cost]
+    return Improvement(add_paths(roadmap, prover, paths), tuple(curve))
 
 
-def _has_settled(curve: list[tuple[int, float]], refinement_rounds: int) -> bool:
-    """Whether the last rounds of a ``curve`` gained next to nothing: more for more effort, so that it tries more."""
-    before = -1 - max(_PATIENCE, 2 * refinement_rounds // 3)
+def _has_settled(curve: list[tuple[int, float]], rounds: int) -> bool:
+    """Return whether the last two thirds of all ``rounds`` gained less than ``_SETTLED``."""
+    before = -1 - max(_PATIENCE, 2 * rounds // 3)
     return len(curve) >= -before and curve[-1][1] > (1.0 - _SETTLED) * curve[before][1]
 
 
@@ -221,29 +220,29 @@ def _nearest(robot: Robot, nodes: Floats, q: Floats) -> int:
 
 
 def add_paths(roadmap: Roadmap, prover: RecordingProver, paths: list[Floats]) -> Roadmap:
-    """The roadmap with ``paths`` of proven motions between its nodes as more nodes and edges."""
+    """Return the roadmap with ``paths`` of proven motions between its nodes as more nodes and edges."""
     robot: Robot = prover.robot
     forest = Forest(roadmap.nodes)
     for path in paths:
         rows = robot.normalise(path)
-        for end in (0, -1):  # these are nodes already: the same to the last bit
+        for end in (0, -1):  # the exact nodes
             rows[end] = roadmap.nodes[_nearest(robot, roadmap.nodes, rows[end])]
         forest.add_path(rows)
     new, edges = forest.nodes()[len(roadmap.nodes) :], forest.edges()
     return enlarge_roadmap(roadmap, prover, new.reshape(-1, robot.dof), edges)
 
 
-def remove_last_grown(roadmap: Roadmap, grown: int, nodes: int, path: Ints) -> Roadmap:
-    """The roadmap with ``nodes`` nodes: as many as were added to the first ``grown`` ones go, the last grown first.
+def drop_last_nodes(roadmap: Roadmap, grown: int, nodes: int, path: Ints) -> Roadmap:
+    """Return the roadmap with ``nodes`` nodes: it drops the last ones of its first ``grown`` nodes.
 
-    It is as if the tree had stopped earlier: nodes before them do not need them. What refined paths and ``path`` (k,)
-    consist of, starts and goals stay; more nodes are left only where these alone are more.
+    The tree might have stopped earlier: nodes before them do not need them. The nodes of refined paths and of ``path``
+    (k,), starts and goals stay; more nodes remain only where these alone are more.
     """
-    spare = len(roadmap.nodes) - nodes
-    if spare <= 0:
+    excess = len(roadmap.nodes) - nodes
+    if excess <= 0:
         return roadmap
-    kept = np.zeros(len(roadmap.nodes), dtype=bool)
-    kept[roadmap.edges[(roadmap.edges >= grown).any(axis=1)]] = True
-    kept[np.concatenate([roadmap.starts, roadmap.goals, path])] = True
-    kept[np.flatnonzero(~kept)[:-spare]] = True
-    return roadmap.part(kept, np.ones(len(roadmap.edges), dtype=bool))
+    used = np.zeros(len(roadmap.nodes), dtype=bool)
+    used[roadmap.edges[(roadmap.edges >= grown).any(axis=1)]] = True
+    used[np.concatenate([roadmap.starts, roadmap.goals, path])] = True
+    used[np.flatnonzero(~used)[:-excess]] = True
+    return roadmap.part(used, np.ones(len(roadmap.edges), dtype=bool))

@@ -1,8 +1,8 @@
-"""The obstacles that keep the parts of a roadmap apart: the fewest found without which a start would reach a goal.
+"""The fewest known obstacles that separate the components of starts and goals of a roadmap.
 
 That is the minimum constraint removal problem (Hauser 2014, "The minimum constraint removal problem with three robotics
-applications"), which is NP-hard. Here it is searched over straight motions between the parts of the roadmap, each with
-the obstacles that block it.
+applications"), which is NP-hard. Here the search uses straight motions between the components, each with the obstacles
+that block it.
 """
 
 from __future__ import annotations
@@ -20,10 +20,10 @@ from planner.problem.outcome import BudgetSpent, ConstraintsTooNarrow, Gap, NoWa
 from planner.roadmap.connections import find_nearest
 from planner.roadmap.roadmap import Roadmap
 
-_PARTS = 12  # the largest parts, from whose nodes links are tried, beside those of starts and goals
-_NEAREST = 4  # nodes of other parts that a node is linked to
-_LINKS = 1000  # the shortest are tried
-_MOST_SETS = 20_000  # sets of obstacles that the search takes up
+_COMPONENTS = 12  # the largest components, from whose nodes links are tried, and those of starts and goals
+_NEAREST = 4  # nodes of other components to which links from a node are tried
+_LINKS = 1000  # the shortest links that are tried
+_MOST_SETS = 20_000  # sets of obstacles that the search expands
 
 Blockers = frozenset[int]
 """Numbers of obstacles in the scene."""
@@ -31,21 +31,21 @@ Blockers = frozenset[int]
 
 @dataclass(frozen=True, eq=False)
 class _Links:
-    """Straight motions between parts of a roadmap, shortest first: node ``pairs`` (k, 2) and joint ``length`` (k,)."""
+    """Straight motions between components, shortest first: node ``pairs`` (k, 2), joint ``length`` (k,)."""
 
     pairs: Ints
     length: Floats
 
-    def rows(self, rows: Ints | Bools) -> _Links:
+    def take(self, rows: Ints | Bools) -> _Links:
         return _Links(self.pairs[rows], self.length[rows])
 
 
 def explain_separation(roadmap: Roadmap, checker: CollisionChecker, progress: Progress = QUIET) -> NoWay:
-    """The reason why the starts of a roadmap lie in other parts of it than its goals.
+    """Return the reason why the starts of a roadmap lie in other components than its goals.
 
-    The obstacles that it names suffice: without them, and without constraints on the path, straight motions between the
-    parts that are proven free lead from a start to a goal. Fewer may suffice, as only some motions are tried. An answer
-    after ``progress`` was asked to stop is of no use.
+    The named obstacles suffice: without them, and without path constraints, straight motions between the components
+    that are proven free lead from a start to a goal. Fewer may suffice, as only some motions are tried. The result is
+    meaningless after a stop of ``progress``.
     """
     gap, constraints = _gap(roadmap, checker), checker.world.constraints
     unconstrained = with_conditions(checker, ())
@@ -59,14 +59,14 @@ def explain_separation(roadmap: Roadmap, checker: CollisionChecker, progress: Pr
 
 
 def _links(roadmap: Roadmap, checker: CollisionChecker) -> _Links:
-    """Motions from the nodes of the largest parts, and of those of starts and goals, to the nearest of other parts."""
+    """Return motions from the nodes of the largest, the starts' and the goals' components to other ones."""
     labels = roadmap.components
-    largest = np.argsort(-np.bincount(labels), kind="stable")[:_PARTS]
-    found = []
-    for part in dict.fromkeys([*_ends(roadmap, labels), *largest.tolist()]):
-        inside = labels == part
-        found.append(_across(roadmap, checker, inside, ~inside))
-    pairs = np.unique(np.sort(np.vstack([links.pairs for links in found]), axis=1), axis=0)
+    largest = np.argsort(-np.bincount(labels), kind="stable")[:_COMPONENTS]
+    links = []
+    for component in dict.fromkeys([*_ends(roadmap, labels), *largest.tolist()]):
+        inside = labels == component
+        links.append(_across(roadmap, checker, inside, ~inside))
+    pairs = np.unique(np.sort(np.vstack([each.pairs for each in links]), axis=1), axis=0)
     length = _lengths(roadmap, checker, pairs)
     ends = np.isin(pairs, np.concatenate([roadmap.starts, roadmap.goals])).any(axis=1)
     order = np.lexsort((length, ~ends))[:_LINKS]  # a goal in a box has long links only
@@ -74,7 +74,7 @@ def _links(roadmap: Roadmap, checker: CollisionChecker) -> _Links:
 
 
 def _across(roadmap: Roadmap, checker: CollisionChecker, inside: Bools, others: Bools) -> _Links:
-    """Motions from the nodes in one mask (n,) to the nearest of those in another, shortest first."""
+    """Return motions from the nodes in one mask (n,) to the nearest of those in another, shortest first."""
     first, last = np.flatnonzero(inside), np.flatnonzero(others)
     if not len(first) or not len(last):
         return _Links(np.zeros((0, 2), dtype=np.int64), np.zeros(0))
@@ -86,9 +86,9 @@ def _across(roadmap: Roadmap, checker: CollisionChecker, inside: Bools, others: 
 
 
 def _gap(roadmap: Roadmap, checker: CollisionChecker) -> Gap:
-    """How near the parts of the starts and those of the goals came."""
+    """Return the shortest gap between the components of the starts and those of the goals."""
     sides = _sides(roadmap)
-    nearest = _across(roadmap, checker, *sides).rows(np.arange(1))
+    nearest = _across(roadmap, checker, *sides).take(np.arange(1))
     (start,), (delta,) = _motions(roadmap, checker, nearest.pairs)
     proof = EdgeProver(checker).prove(start, delta)
     pair = None if proof.pair[0] < 0 else checker.world.contact(int(proof.pair[0]))
@@ -97,7 +97,7 @@ def _gap(roadmap: Roadmap, checker: CollisionChecker) -> Gap:
 
 
 def _blockers(roadmap: Roadmap, checker: CollisionChecker, links: _Links, progress: Progress) -> list[Blockers | None]:
-    """Of each link the obstacles that keep it from being proven free; None where the robot itself does."""
+    """Return for each link the obstacles that prevent its proof; None where the robot itself does."""
     world = checker.world
     motions = _motions(roadmap, checker, links.pairs)
     alone = _prover(checker, np.zeros(len(world.obstacles), dtype=bool), own=True).free(*motions)
@@ -111,17 +111,17 @@ def _blockers(roadmap: Roadmap, checker: CollisionChecker, links: _Links, progre
 
 
 def _find_blockers(roadmap: Roadmap, links: _Links, blockers: list[Blockers | None]) -> Blockers | None:
-    """The fewest obstacles without which links join a start's part to a goal's; None where no links do.
+    """Return the fewest obstacles without which links join a start's component to a goal's, or None.
 
-    Sets are taken up by their size, those that hold another one of the same part are left out: what is found first is
-    the smallest, unless ``_MOST_SETS`` were taken up.
+    Sets are expanded by size, without supersets of known sets of the same component: the first result is the smallest,
+    unless ``_MOST_SETS`` were expanded.
     """
     labels = roadmap.components
     steps: dict[int, dict[int, list[Blockers]]] = {}
-    for (i, j), found in zip(labels[links.pairs].tolist(), blockers, strict=True):
-        if found is not None:
+    for (i, j), obstacles in zip(labels[links.pairs].tolist(), blockers, strict=True):
+        if obstacles is not None:
             for here, there in ((i, j), (j, i)):
-                _keep_least(steps.setdefault(here, {}).setdefault(there, []), found)
+                _add_minimal(steps.setdefault(here, {}).setdefault(there, []), obstacles)
     goals = set(labels[roadmap.goals].tolist())
     waiting = [(0, [], part) for part in dict.fromkeys(labels[roadmap.starts].tolist())]
     least: dict[int, list[Blockers]] = {}
@@ -129,19 +129,22 @@ def _find_blockers(roadmap: Roadmap, links: _Links, blockers: list[Blockers | No
         if not waiting:
             return None
         _, members, part = heapq.heappop(waiting)
-        found = frozenset(members)
+        blocked = frozenset(members)
         if part in goals:
-            return found
-        if not _keep_least(least.setdefault(part, []), found):
+            return blocked
+        if not _add_minimal(least.setdefault(part, []), blocked):
             continue
         for other, ways in steps.get(part, {}).items():
             for way in ways:
-                heapq.heappush(waiting, (len(found | way), sorted(found | way), other))
+                heapq.heappush(waiting, (len(blocked | way), sorted(blocked | way), other))
     return None
 
 
-def _keep_least(sets: list[Blockers], new: Blockers) -> bool:
-    """Add ``new`` to ``sets`` unless it holds one of them; those that hold it go. Whether it was added."""
+def _add_minimal(sets: list[Blockers], new: Blockers) -> bool:
+    """Add ``new`` to ``sets`` unless it contains one of them, and remove its supersets.
+
+    Returns whether it was added.
+    """
     if any(known <= new for known in sets):
         return False
     sets[:] = [known for known in sets if not new <= known] + [new]
@@ -149,7 +152,7 @@ def _keep_least(sets: list[Blockers], new: Blockers) -> bool:
 
 
 def _prover(checker: CollisionChecker, obstacles: Bools, own: bool) -> EdgeProver:
-    """A prover in the world of some obstacles in a mask, with or without the robot's own pairs."""
+    """Return a prover for the world of the masked obstacles, with or without the robot's own pairs."""
     world = checker.world
     scene = world.checked & obstacles
     pairs = np.concatenate([scene.ravel(), np.full(len(world.self_pairs), own)])
@@ -161,13 +164,13 @@ def _ends(roadmap: Roadmap, labels: Ints) -> list[int]:
 
 
 def _sides(roadmap: Roadmap) -> tuple[Bools, Bools]:
-    """(n,) the nodes that a start reaches, and those that reach a goal."""
+    """Return the masks (n,) of the nodes that starts reach, and of those that reach goals."""
     labels = roadmap.components
     return np.isin(labels, labels[roadmap.starts]), np.isin(labels, labels[roadmap.goals])
 
 
 def _motions(roadmap: Roadmap, checker: CollisionChecker, pairs: Ints) -> tuple[Floats, Floats]:
-    """Beginnings and motions (k, dof) between node ``pairs`` (k, 2)."""
+    """Return starts and motions (k, dof) between node ``pairs`` (k, 2)."""
     start = roadmap.nodes[pairs[:, 0]]
     return start, checker.robot.difference(start, roadmap.nodes[pairs[:, 1]])
 

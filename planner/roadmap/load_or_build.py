@@ -1,4 +1,4 @@
-"""The roadmap that a request names: grown around its ends, or loaded, proven again and linked to them."""
+"""The roadmap of a request: grown around its ends, or loaded, proven again and linked to them."""
 
 import logging
 from collections.abc import Iterator
@@ -15,24 +15,23 @@ from planner.problem.request import PAPER_NODES, PlanQuality, RoadmapQuality, Sw
 from planner.query.query import Query
 from planner.query.resolve import clip_to_limits
 from planner.roadmap.connect_endpoints import attach
-from planner.roadmap.measure import check_nodes, measure_roadmap, unchecked
+from planner.roadmap.measure import check_nodes, measure_roadmap
 from planner.roadmap.roadmap import Roadmap, edge_motions, record_origin, restrict_to_constraints
 from planner.roadmap.storage import load_roadmap, same_world
 from planner.robot.robot import Robot
 
 _log = logging.getLogger(__name__)
 
-_FEWEST_NODES = 2  # those of the first paths, and no links: they pass no states that they need not
+_FEWEST_NODES = 2  # a path alone: the nodes of the first paths, without links
 
 
 def load_or_build_roadmap(quality: RoadmapQuality, query: Query, progress: Progress = QUIET) -> Roadmap:
-    """A roadmap whose starts and goals are the query's: kept, or grown; of a path only nothing grows around it.
+    """Return a roadmap with the query's starts and goals: grown, or loaded and proven again where needed.
 
-    A roadmap from a file is used as far as it holds in this world. Raises
-    :class:`PlannerError` for one of other joints.
+    With ``path_only`` nothing grows around the first path. Raises :class:`PlannerError` for a roadmap of other joints.
     """
-    kept = quality.roadmap if isinstance(quality, SweepQuality) else None
-    if kept is None:
+    file = quality.roadmap if isinstance(quality, SweepQuality) else None
+    if file is None:
         from planner.roadmap.build import DENSITY, roadmap_between  # with all that grows roadmaps, and OMPL
         from planner.roadmap.grow import GrowthSettings
 
@@ -42,25 +41,25 @@ def load_or_build_roadmap(quality: RoadmapQuality, query: Query, progress: Progr
         path_only = isinstance(quality, PlanQuality) and quality.path_only
         nodes, density = (_FEWEST_NODES, 0.0) if path_only else (quality.nodes, DENSITY)
         return roadmap_between(query.checker, starts, goals, nodes, quality.seed, growth, density, progress=progress)
-    roadmap = load_roadmap(kept)
+    roadmap = load_roadmap(file)
     if quality.nodes not in (PAPER_NODES, len(roadmap.nodes)):
         _log.warning(
             "%s has %d nodes, and none grow: --nodes is not followed.",
-            kept,
+            file,
             len(roadmap.nodes),
         )
-    roadmap = reprove_if_needed(roadmap, query.checker, progress)
+    roadmap = reprove_in_other_world(roadmap, query.checker, progress)
     roadmap = restrict_to_constraints(roadmap, query.checker.world.constraints)
     roadmap = check_nodes(roadmap, query.checker)
     return attach(roadmap, query.checker, query.starts, query.goals, quality.seed, progress=progress)
 
 
-_BATCH = 128  # edges proven between two looks whether to stop
+_BATCH = 128  # edges proven between two checks for a stop
 _LIMIT_SLACK = 1e-9  # rad: forgives a limit that was printed and read back
 
 
-def reprove_if_needed(roadmap: Roadmap, checker: CollisionChecker, progress: Progress = QUIET) -> Roadmap:
-    """The roadmap if it was proven in the checker's world, else the part that holds there, which a message counts.
+def reprove_in_other_world(roadmap: Roadmap, checker: CollisionChecker, progress: Progress = QUIET) -> Roadmap:
+    """Return the roadmap if it was proven in the checker's world, else what holds there, with a message.
 
     Raises :class:`FileError` as :func:`reprove` does.
     """
@@ -69,17 +68,17 @@ def reprove_if_needed(roadmap: Roadmap, checker: CollisionChecker, progress: Pro
     part = reprove(roadmap, checker, progress)
     origin, count = roadmap.origin, f"{len(part.edges)} of {len(roadmap.edges)}"
     log_notes(
-        f"the roadmap was proven for '{origin.robot}' in scene '{origin.scene}' as they were then: "
+        f"the roadmap was proven for another state of '{origin.robot}' in scene '{origin.scene}': "
         f"all edges are proven again, {count} hold"
     )
     return part
 
 
 def reprove(roadmap: Roadmap, checker: CollisionChecker, progress: Progress = QUIET) -> Roadmap:
-    """The nodes that are free within limits, and the edges between them that are proven free, measured again.
+    """Return the free nodes within limits and the edges between them that are proven free, measured again.
 
-    Once ``progress`` is asked to stop, the remaining edges are dropped as unproven. Raises :class:`FileError` where
-    the joints differ, or no node is left.
+    A stop of ``progress`` drops the remaining edges as unproven. Raises :class:`FileError` where the joints differ, or
+    no node is left.
     """
     robot, m = checker.robot, len(roadmap.edges)
     if roadmap.origin.joints != robot.joints:
@@ -97,7 +96,7 @@ def reprove(roadmap: Roadmap, checker: CollisionChecker, progress: Progress = QU
     nodes = _usable_nodes(roadmap, checker, free)
     whole = replace(
         roadmap,
-        checked_by=unchecked(len(roadmap.nodes)),
+        checked_by=np.zeros(len(roadmap.nodes), dtype=np.int8),
         proven=free,
         clearance=np.maximum(clearance, 0.0),
         samples=samples,
@@ -109,23 +108,23 @@ def reprove(roadmap: Roadmap, checker: CollisionChecker, progress: Progress = QU
 
 
 def batches(rows: Ints) -> Iterator[Ints]:
-    """``rows`` a few at a time, so that the work can stop between them."""
+    """Yield ``rows`` a few at a time, so that the work can stop between them."""
     for first in range(0, len(rows), _BATCH):
         yield rows[first : first + _BATCH]
 
 
 def _usable_nodes(roadmap: Roadmap, checker: CollisionChecker, proven: Bools) -> Bools:
-    """(n,) which nodes are within limits and free; the ends of a proven edge are free."""
+    """Return (n,) which nodes are within limits and free; the ends of a proven edge are free."""
     good, ends = _within_limits(roadmap, checker.robot), np.zeros(len(roadmap.nodes), dtype=bool)
     ends[roadmap.edges[proven]] = True
     for row in np.flatnonzero(good & ~ends):
         good[row] = is_free(checker, roadmap.nodes[row])
     if not good.any():
-        raise FileError("no configuration of the roadmap is free in this scene: build a new one.")
+        raise FileError("no node of the roadmap is free in this scene: build a new roadmap.")
     return good
 
 
 def _within_limits(roadmap: Roadmap, robot: Robot) -> Bools:
-    """(n,) which nodes are within the robot's limits; a continuous joint has none."""
+    """Return (n,) which nodes are within the robot's limits; a continuous joint has none."""
     beyond = np.maximum(robot.lower - roadmap.nodes, roadmap.nodes - robot.upper)
     return np.where(robot.continuous, 0.0, beyond).max(axis=1) <= _LIMIT_SLACK

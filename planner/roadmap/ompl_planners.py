@@ -1,4 +1,4 @@
-"""OMPL's tree planners over a space of joint values, with our motion check; the only module that imports OMPL."""
+"""OMPL's tree planners over joint values, with our motion check; the only module that imports OMPL."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ from planner.robot.robot import Robot
 
 @dataclass(frozen=True, eq=False)
 class JointSpace:
-    """Joint values between ``lower`` and ``upper`` (dof,), rad; those that ``wrap`` are angles on a circle."""
+    """Joint values between ``lower`` and ``upper`` (dof,), rad; the joints that ``wrap`` are angles."""
 
     lower: Floats
     upper: Floats
@@ -37,22 +37,22 @@ class JointSpace:
     def from_robot(robot: Robot) -> JointSpace:
         return JointSpace(robot.lower, robot.upper, robot.continuous)
 
-    def holds(self, q: Floats) -> Bools:
-        """(n,) which configurations (n, dof) lie within; angles that wrap always do."""
+    def contains(self, q: Floats) -> Bools:
+        """Return which configurations of (n, dof) lie within; angles that wrap always do."""
         return np.all(self.wrap | ((self.lower <= q) & (q <= self.upper)), axis=1)
 
     def difference(self, a: Floats, b: Floats) -> Floats:
-        """The joint motion from a to b: in the shorter direction where a joint wraps."""
+        """Return the joint motion from a to b: in the shorter direction where a joint wraps."""
         return shorter_way(b - a, self.wrap)
 
 
-_ROUNDS = 100  # of a planner, for each motion that it may check: a lazy one may grow on without checking any
-_ADVANCE = 0.1  # of a step: a projected one that is shorter is none
+_ROUNDS = 100  # iterations of a planner per motion that it may check: some iterations check none
+_ADVANCE = 0.1  # of a step: a projected step must be at least so long
 
 
 @dataclass(frozen=True, eq=False)
 class Tree:
-    """What RRT grew: ``nodes`` (n, dof) and the ``edges`` (m, 2), from a node to one that was added later."""
+    """The result of RRT: ``nodes`` (n, dof) and ``edges`` (m, 2), from a node to a later one."""
 
     nodes: Floats
     edges: Ints
@@ -65,11 +65,11 @@ class TreePlanners:
             path = planners.rrt_connect(starts, goals, step=0.8, limit=5000)
 
     ``checked`` counts the motions that were checked, ``accepted`` those that passed. Each planner draws its seed from
-    ``rng``, so that the same generator gives the same paths, whatever other threads plan meanwhile. Only motions that
-    end ``inside``, where that is given, are checked: the tree from the goals asks for them backwards, from its new
-    states, and may reach out for what the other tree has to come back from. Where motions keep
-    something trees grow on what is allowed: a state off it is projected there before its motion is checked (as Berenson
-    et al., 2009; the states of OMPL's own constrained spaces cannot be read from Python).
+    ``rng``, so that the same generator gives the same paths, in any thread. With ``inside`` only motions that end in
+    that set are checked: the tree from the goals checks them backwards, from its new states, so it may leave the set
+    where the other tree has to return from. Under path constraints trees grow on the allowed states: a state off them
+    is projected before its motion is checked (as Berenson et al., 2009; the states of OMPL's own constrained spaces
+    cannot be read from Python).
     """
 
     def __init__(
@@ -84,12 +84,12 @@ class TreePlanners:
         self.checked = self.accepted = 0
         self._constraints, self._inside, self._limit = constraints or None, inside, math.inf
         self.on_accept: Callable[[int], None] = lambda accepted: None
-        self._grown: list[bytes] | None = None  # both ends of each motion that was accepted
+        self._grown: list[bytes] | None = None  # both ends of each accepted motion
         self._space, self._check, self._rng, self._progress = space, check, rng, progress
         self._joints, self._wraps = range(len(space.lower)), space.wrap.tolist() if space.wrap.any() else None
         self._ends, self._both = Struct(f"{2 * len(space.lower)}d"), np.empty((2, len(space.lower)))
         self._buffer = self._both.data
-        with self._seeded():  # setting a space up draws seeds for its projections
+        with self._seed_ompl():  # the setup of a space draws seeds for its projections
             self._ompl_space = _ompl_space(space)
             self._info = ob.SpaceInformation(self._ompl_space)
             self._state_check = _EveryState(self._info)
@@ -107,7 +107,7 @@ class TreePlanners:
         del self._validator, self._state_check, self._info, self._ompl_space
 
     def rrt_connect(self, starts: Floats, goals: Floats, step: float, limit: int) -> Floats | None:
-        """A path (k, dof) from one of ``starts`` to one of ``goals``, or None after ``limit`` motions more.
+        """Return a path (k, dof) from one of ``starts`` to one of ``goals``, or None after ``limit`` motions.
 
         RRTConnect (Kuffner and LaValle 2000) with steps of ``step`` (rad).
         """
@@ -116,39 +116,39 @@ class TreePlanners:
             goal.addState(self._state(q))
         problem = self._problem(starts, goal)
         planner = self._planner(og.RRTConnect, problem, step)
-        planner.solve(self._until(self.checked + limit))
+        planner.solve(self._make_termination(self.checked + limit))
         return self._configurations(problem.getSolutionPath()) if problem.hasExactSolution() else None
 
     def rrt(self, roots: Floats, step: float, count: int, limit: int) -> Tree:
-        """Grow from every row of ``roots`` until ``wanted`` nodes are added or ``limit`` motions were checked.
+        """Grow from every row of ``roots`` until ``count`` nodes are added or ``limit`` motions are checked.
 
-        Its nodes are the roots, then those that were added, in that order. RRT adds a node wherever it may move to, so
-        the motions that were accepted are the tree: reading it from OMPL takes as long as growing it.
+        The nodes are the roots, then the added ones in order. RRT adds a node wherever it may move to, so the accepted
+        motions are the tree: reading it from OMPL takes as long as growing it.
         """
         motions: list[bytes] = []
         self.accepted, self._grown = 0, motions
         planner = self._planner(og.RRT, self._problem(roots, _Nowhere(self._info)), step)
         planner.setGoalBias(0.0)
-        planner.solve(self._until(self.checked + limit, count))
+        planner.solve(self._make_termination(self.checked + limit, count))
         self._grown, grown = None, Forest(roots)
         grown.add_edges(np.frombuffer(b"".join(motions)).reshape(-1, *self._both.shape))
         return Tree(grown.nodes(), grown.edges())
 
     @contextmanager
-    def _seeded(self) -> Iterator[None]:
-        """While entered, what OMPL makes in this thread has random numbers of its own, as ``rng`` says.
+    def _seed_ompl(self) -> Iterator[None]:
+        """While entered, seed the random numbers of what OMPL makes in this thread from ``rng``.
 
-        Every random number generator of OMPL's draws its seed from one of the process when it is made.
+        Each generator of OMPL draws its seed from the process's generator when it is made.
         """
         seed = int(self._rng.integers(1, 2**31))  # OMPL turns 0 into 1
         with PROCESS:
-            ou.noOutputHandler()  # it calls a second seed an error
+            ou.noOutputHandler()  # OMPL reports a second seed as an error
             ou.RNG.setSeed(seed)
             yield
 
     def _planner(self, kind: Any, problem: Any, step: float | None = None) -> Any:
-        """A planner with a seed of its own, ready to solve ``problem`` in steps of ``step`` (rad)."""
-        with self._seeded():
+        """Return a planner with a seed of its own, ready to solve ``problem`` in steps of ``step`` (rad)."""
+        with self._seed_ompl():
             planner = kind(self._info)
             if step is not None:
                 planner.setRange(step)
@@ -157,19 +157,19 @@ class TreePlanners:
             planner.solve(ob.PlannerTerminationCondition(lambda: True))  # a planner makes its sampler when it begins
         return planner
 
-    def _takes(self, a: Any, b: Any) -> bool:
-        """Whether OMPL may move between two of its states."""
+    def _accepts(self, a: Any, b: Any) -> bool:
+        """Return whether OMPL may move between two of its states."""
         if self._progress.stopped:
             return False
         self.checked += 1
         end = self._values(b)
         if self._inside is not None and not self._inside(end):
             return False
-        (first, second), delta = self._both, self._packed(self._values(a), end)
+        (first, second), delta = self._both, self._pack_motion(self._values(a), end)
         if self._constraints is not None:
-            if not self._brought(first, second, delta, a, b):
+            if not self._project_motion(first, second, delta, a, b):
                 return False
-            delta = self._packed(self._values(a), self._values(b))
+            delta = self._pack_motion(self._values(a), self._values(b))
         free = bool(self._check(first, delta))  # a numpy.bool_ ends in bad_cast
         if free:
             self.accepted += 1
@@ -178,11 +178,11 @@ class TreePlanners:
             self.on_accept(self.accepted)
         return free
 
-    def _brought(self, first: Floats, second: Floats, delta: Floats, a: Any, b: Any) -> bool:
-        """Whether both states keep what is kept, after the one that does not was written anew.
+    def _project_motion(self, first: Floats, second: Floats, delta: Floats, a: Any, b: Any) -> bool:
+        """Return whether both states satisfy the constraints, after a projection of the one that does not.
 
-        OMPL adds the state of its own that it asks about, so what is written there is what its tree has. It goes on
-        towards a state for as long as it advances: a step that does not come nearer to it is none.
+        OMPL adds its own state object to the tree, so the projection is written there. OMPL continues towards a state
+        while it advances: the step must come nearer to it.
         """
         assert self._constraints is not None
         good = self._constraints.holds(np.stack([first, second]))
@@ -191,16 +191,16 @@ class TreePlanners:
         known, new, state = (first, first + delta, b) if good[0] else (second, second - delta, a)
         if not good.any() or self.checked >= self._limit:
             return False
-        (there,), (found,) = self._constraints.project(new[None])
+        (there,), (success,) = self._constraints.project(new[None])
         step, wanted = there - known, new - known
         nearer = length(step) ** 2 < 2.0 * float(step @ wanted) and length(step) > _ADVANCE * length(wanted)
-        if not (found and nearer and self._space.holds(there[None])[0]):
+        if not (success and nearer and self._space.contains(there[None])[0]):
             return False
         self._write(state, shorter_way(there, self._space.wrap))
         return True
 
-    def _packed(self, start: list[float], end: list[float]) -> Floats:
-        """Write both ends of a motion where they are read, the quickest way into an array; what leads there (dof,)."""
+    def _pack_motion(self, start: list[float], end: list[float]) -> Floats:
+        """Write both ends of a motion into ``_both``, the quickest way into an array; return their difference."""
         self._ends.pack_into(self._buffer, 0, *start, *end)
         first, second = self._both
         return second - first if self._wraps is None else self._space.difference(first, second)
@@ -234,8 +234,8 @@ class TreePlanners:
         problem.setGoal(goal)
         return problem
 
-    def _until(self, limit: int, accepted: int | None = None) -> Any:
-        """A termination condition that counts motions; OMPL's own depends on the clock."""
+    def _make_termination(self, limit: int, accepted: int | None = None) -> Any:
+        """Return a termination condition that counts motions; OMPL's own conditions depend on the clock."""
         rounds, most = itertools.count(), _ROUNDS * (limit - self.checked)
         self._limit = limit
         return ob.PlannerTerminationCondition(
@@ -249,10 +249,10 @@ class TreePlanners:
 
 
 class _EveryState(ob.StateValidityChecker):
-    """Every state is valid, as checking a motion includes its ends.
+    """Every state is valid, as the check of a motion includes its ends.
 
-    A class of Python's, and kept: at every garbage collection OMPL 2.0.1 asks for the Python half of a space's state
-    checker, and where there is none (for a plain function, or none set) it makes one, frees it, and then reads it.
+    A class that we keep a reference to: at each garbage collection OMPL 2.0.1 asks for the Python half of a space's
+    state checker, and if there is none (a plain function, or unset) it makes one, frees it, and then reads it.
     """
 
     def isValid(self, state: Any) -> bool:
@@ -265,7 +265,7 @@ class _Validator(ob.MotionValidator):
         self.planners: TreePlanners | None = planners
 
     def checkMotion(self, a: Any, b: Any, last_valid: Any = None) -> bool:
-        return self.planners is not None and self.planners._takes(a, b)
+        return self.planners is not None and self.planners._accepts(a, b)
 
 
 class _Nowhere(ob.Goal):

@@ -27,7 +27,7 @@ from planner.robot.shapes import Body
 
 @dataclass(frozen=True)
 class Origin:
-    """Which robot and scene a roadmap belongs to, and how it was grown; checked when it is loaded."""
+    """The robot and scene of a roadmap, and how it was grown; checked when it is loaded."""
 
     robot: str
     robot_identity: str
@@ -44,7 +44,7 @@ class Origin:
 
 
 def record_origin(checker: CollisionChecker, seed: int) -> Origin:
-    """Which robot and scene a roadmap grown with this checker belongs to."""
+    """Return the robot and scene of a roadmap grown with this checker."""
     world = checker.world
     return Origin(
         robot=world.robot.name,
@@ -63,7 +63,7 @@ def record_origin(checker: CollisionChecker, seed: int) -> Origin:
 
 
 def world_hash(world: World) -> str:
-    """A hash of what is checked: kinematics, shapes and placements of bodies and obstacles, and the checked pairs."""
+    """Return a hash of kinematics, shapes and placements of bodies and obstacles, and checked pairs."""
     obstacles = [content for item in world.obstacles for content in (item.placement, *item.shape.content())]
     kinematics = _kinematics_hash(Chain.from_arm(world.robot))
     return content_hash([kinematics, *map(_body_hash, world.bodies), world.self_pairs, *obstacles, world.checked])
@@ -71,13 +71,13 @@ def world_hash(world: World) -> str:
 
 @lru_cache(maxsize=16)
 def _kinematics_hash(chain: Chain) -> str:
-    """Nine decimals: smaller differences come from the arithmetic of another library."""
+    """Hash nine decimals: the arithmetic of another library changes further ones."""
     return content_hash(np.round(getattr(chain, item.name).astype(np.float64), 9) + 0.0 for item in fields(chain))
 
 
 @lru_cache(maxsize=256)
 def _body_hash(body: Body) -> str:
-    """Cached, as a session asks after every change and detailed meshes take milliseconds."""
+    """Hash a body; cached, as a session hashes after every change and detailed meshes take milliseconds."""
     return content_hash([body.joint, body.placement, *body.shape.content()])
 
 
@@ -118,14 +118,13 @@ class Roadmap:
     """Configurations and the proven straight motions between them.
 
     ``nodes`` (n, dof) rad; ``edges`` (m, 2) node indices, first below second, sorted; ``proven`` (m,) whether a proof
-    was found for the whole edge. Indices of starts and goals come first. Lengths and manipulability are what the
-    costs are made of: w (n,), joint length (m,) rad, length of the tool's path (m,) metres, and
-    w at evenly spaced states of every edge (m, W_STATES_PER_EDGE); ``edge_cost`` (m, 3) is what they come to on
-    ``scale``: the mean of each of the ``COSTS`` along every edge. An edge's certificate:
+    covers the whole edge. Indices of starts and goals come first. The costs consist of w (n,), joint length (m,) rad,
+    length of the tool's path (m,) metres, and w at evenly spaced states of every edge (m, W_STATES_PER_EDGE);
+    ``edge_cost`` (m, 3) is the mean of each of the ``COSTS`` along every edge, on ``scale``. An edge's certificate:
     ``clearance`` (m,) metres, a proven lower bound on every distance beyond the margin along it (0: no more is known,
-    inf: there is nothing to touch), and ``samples`` (m,) configurations that its proof sampled. A
-    piece of a motion that was proven as a whole has the certificate of that. ``checked_by`` (n,) is the number in
-    :data:`LIBRARIES` of the collision library that found the node free, whatever was proven of its edges.
+    inf: there is nothing to touch), and ``samples`` (m,) configurations of its proof. Parts of a motion have the
+    certificate of the whole motion. ``checked_by`` (n,) is the number in :data:`LIBRARIES` of the collision library
+    that found the node free.
     """
 
     nodes: Floats
@@ -161,7 +160,7 @@ class Roadmap:
         return html_table(f"Roadmap of {origin.robot} in {origin.scene}", rows)
 
     def record(self, edges_removed: int = 0) -> RoadmapRecord:
-        """Size, proofs and hash, and how many edges failed when they were proven again."""
+        """Return size, proofs and hash, and the number of edges that failed when they were proven again."""
         return RoadmapRecord(
             nodes=len(self.nodes),
             nodes_checked=self.nodes_checked,
@@ -175,7 +174,7 @@ class Roadmap:
 
     @property
     def nodes_checked(self) -> dict[str, int]:
-        """How many nodes each library has found free."""
+        """The number of nodes that each library has found free."""
         return {name: int((self.checked_by == k).sum()) for k, name in enumerate(LIBRARIES) if k}
 
     def __post_init__(self) -> None:
@@ -184,7 +183,7 @@ class Roadmap:
 
     @cached_property
     def components(self) -> Ints:
-        """(n,) component number of each node; numbers count up in the order of the nodes."""
+        """(n,) component number of each node; numbers increase in the order of the nodes."""
         return component_labels(len(self.nodes), self.edges)
 
     @property
@@ -203,7 +202,7 @@ class Roadmap:
         return content_hash([*arrays, self.origin.joints, self.origin.tool])
 
     def edge_index(self, i: int, j: int) -> int:
-        """The row of the edge between two nodes; KeyError if there is none."""
+        """Return the row of the edge between two nodes; KeyError if there is none."""
         low, high = min(i, j), max(i, j)
         rows = np.nonzero((self.edges[:, 0] == low) & (self.edges[:, 1] == high))[0]
         if not len(rows):
@@ -211,12 +210,12 @@ class Roadmap:
         return int(rows[0])
 
     def to_networkx(self) -> Any:
-        """A ``networkx.Graph``: nodes by number with ``q`` (dof,) rad and ``manipulability``; edges with their lengths.
+        """Return a ``networkx.Graph``: nodes with ``q`` (dof,) rad and ``manipulability``, edges with lengths.
 
             networkx.shortest_path(roadmap.to_networkx(), start, goal, weight="joint_length")
 
-        Edges have ``joint_length`` (rad), ``tool_length`` (m), ``w_min``, the smallest w seen along them, and
-        ``certified``, whether they are proven free. :class:`InstallationError` without the extra ``interop``.
+        Edges have ``joint_length`` (rad), ``tool_length`` (m), ``w_min``, the smallest sampled w, and ``certified``,
+        whether they are proven free. :class:`InstallationError` without the extra ``interop``.
         """
         graph, least = require_extra("networkx", "interop").Graph(), self.edge_manipulability.min(axis=1)
         least = np.minimum(least, self.manipulability[self.edges].min(axis=1))
@@ -229,22 +228,22 @@ class Roadmap:
         return graph
 
     def without_edge(self, row: int) -> Roadmap:
-        """The roadmap lacking one edge; what else it knows stays."""
+        """Return the roadmap without one edge."""
         return self.part(np.ones(len(self.nodes), dtype=bool), np.arange(len(self.edges)) != row)
 
     def part(self, nodes: Bools, edges: Bools) -> Roadmap:
-        """The roadmap of some ``nodes`` (n,) and some ``edges`` (m,) between them, renumbered in order."""
+        """Return the roadmap of some ``nodes`` (n,) and some ``edges`` (m,) between them, renumbered in order."""
         edges = edges & nodes[self.edges].all(axis=1)
         number = np.cumsum(nodes) - 1
-        kept: dict[str, Any] = {name: getattr(self, name)[edges] for name in EDGE_ARRAYS}
-        kept |= {name: getattr(self, name)[nodes] for name in NODE_ARRAYS}
-        kept |= {name: number[rows[nodes[rows]]] for name, rows in (("starts", self.starts), ("goals", self.goals))}
-        return replace(self, **kept | {"edges": number[kept["edges"]]})
+        arrays: dict[str, Any] = {name: getattr(self, name)[edges] for name in EDGE_ARRAYS}
+        arrays |= {name: getattr(self, name)[nodes] for name in NODE_ARRAYS}
+        arrays |= {name: number[rows[nodes[rows]]] for name, rows in (("starts", self.starts), ("goals", self.goals))}
+        return replace(self, **arrays | {"edges": number[arrays["edges"]]})
 
 
 LIBRARIES = ("none", "fcl", "coal")
 ARRAYS: dict[str, tuple[Any, str, tuple[int | str, ...]]] = {
-    # what it is made of, what it says a row of, and the shape of a row
+    # dtype, the item of a row, and the shape of a row
     "nodes": (np.float64, "node", ("dof",)),
     "edges": (np.int64, "edge", (2,)),
     "proven": (np.bool_, "edge", ()),
@@ -264,7 +263,10 @@ NODE_ARRAYS, EDGE_ARRAYS = (tuple(name for name in ARRAYS if ARRAYS[name][1] == 
 
 
 def component_labels(n: int, edges: Ints) -> Ints:
-    """(n,) component numbers by minimum over neighbours with pointer jumping (SciPy's takes 0.6 s to load)."""
+    """Return (n,) component numbers by minimum over neighbours with pointer jumping.
+
+    SciPy takes 0.6 s to import.
+    """
     label = np.arange(n)
     while len(edges):
         a, b = label[edges[:, 0]], label[edges[:, 1]]
@@ -279,25 +281,25 @@ def component_labels(n: int, edges: Ints) -> Ints:
 
 
 def path_waypoints(roadmap: Roadmap, robot: Robot, nodes: Ints) -> Floats:
-    """The configurations (k, dof) of a node sequence, continuous joints unwound."""
+    """Return the configurations (k, dof) of a node sequence, continuous joints unwound."""
     if not len(nodes):
         return np.zeros((0, robot.dof))
     return frozen(robot.unwound(roadmap.nodes[nodes]))
 
 
 def with_min_clearance(roadmap: Roadmap, clearance: float) -> Roadmap:
-    """The roadmap of the edges that keep ``clearance`` (m)."""
+    """Return the roadmap of the edges that are certified to have ``clearance`` (m)."""
     return roadmap.part(np.ones(len(roadmap.nodes), dtype=bool), roadmap.clearance >= clearance)
 
 
-def roomy_where_joined(roadmap: Roadmap, clearance: float) -> Roadmap:
-    """The :func:`with_min_clearance` where it still leads from a start to a goal, else the roadmap."""
-    roomy = with_min_clearance(roadmap, clearance)
-    return roomy if roomy.is_connected else roadmap
+def try_min_clearance(roadmap: Roadmap, clearance: float) -> Roadmap:
+    """Return :func:`with_min_clearance` if it still leads from a start to a goal, else the roadmap."""
+    part = with_min_clearance(roadmap, clearance)
+    return part if part.is_connected else roadmap
 
 
 def restrict_to_constraints(roadmap: Roadmap, constraints: PathConstraints) -> Roadmap:
-    """The part of a roadmap that is proven to keep what motions keep, whatever was kept when it grew."""
+    """Return the roadmap of the nodes and edges that are proven to satisfy the path constraints."""
     if not constraints:
         return roadmap
     nodes = constraints.holds(roadmap.nodes)
@@ -305,11 +307,11 @@ def restrict_to_constraints(roadmap: Roadmap, constraints: PathConstraints) -> R
     start, delta = edge_motions(roadmap, constraints.robot, np.flatnonzero(edges))
     edges[edges] = constraints.prove(np.stack([start, delta], axis=1))
     if not nodes.any():
-        raise StateError("the roadmap has no node that keeps what is to be kept: build one that does, or keep less.")
+        raise StateError("no node of the roadmap satisfies the constraints: build another roadmap, or give fewer.")
     return roadmap.part(nodes, edges)
 
 
 def edge_motions(roadmap: Roadmap, robot: Robot, rows: Ints) -> tuple[Floats, Floats]:
-    """Starts and motions (k, dof) of the edges in ``rows``."""
+    """Return starts and motions (k, dof) of the edges in ``rows``."""
     a, b = roadmap.nodes[roadmap.edges[rows, 0]], roadmap.nodes[roadmap.edges[rows, 1]]
     return a, robot.difference(a, b)

@@ -1,4 +1,4 @@
-"""What is added to a grown roadmap: its best paths refined, straight motions between ends and past waypoints."""
+"""Additions to a grown roadmap: refined best paths, straight motions between ends and past waypoints."""
 
 import itertools
 from dataclasses import dataclass
@@ -22,10 +22,10 @@ from planner.roadmap.refine import PathRefiner, split_evenly
 from planner.roadmap.roadmap import Roadmap
 from planner.robot.robot import Robot
 
-BETAS = (0.0, 0.25, 1.0)  # with a refined path: both extremes, and where much w is gained for little length
-_TRIES = 4  # partial shortcuts in the one round of refinement per beta: a plan's own rounds go on from there
-_PIECE = 1.0  # rad: longer motions of refined paths are cut, as other paths are to branch off from them
-_DIP = 0.5  # a motion dips where w falls below this share of what it is at its ends
+BETAS = (0.0, 0.25, 1.0)  # of refined paths: both extremes, and a beta with much w for little length
+_TRIES = 4  # partial shortcuts in the one round of refinement per beta, which a plan's own rounds continue
+_LONGEST = 1.0  # rad: longer motions of refined paths are split, so that other paths can branch off
+_DIP = 0.5  # a motion dips where w falls below this share of w at its ends
 _DIP_SHARES = np.linspace(0.0, 1.0, 33)
 
 
@@ -40,10 +40,10 @@ def add_refined_paths(
     seed: int = 0,
     progress: Progress = QUIET,
 ) -> tuple[Floats, Ints]:
-    """``nodes`` (n, dof) and proven ``edges`` (m, 2) with refined paths of ``BETAS``, at most ``budget`` nodes more.
+    """Return ``nodes`` (n, dof) and proven ``edges`` (m, 2) with refined paths of ``BETAS`` added.
 
-    Nothing is added where starts and goals are not connected. With a ``floor`` (w) a path is refined only where it lies
-    above the floor, and stays above it.
+    They add at most ``budget`` nodes, none where starts and goals are not connected. With a ``floor`` (w) the section
+    of a path above the floor is refined, and stays above it.
     """
     robot = prover.robot
     a, b = (nodes[ends] for ends in edges.T)
@@ -62,8 +62,8 @@ def add_refined_paths(
         refined = robot.unwound(path[above[0] : above[-1] + 1])
         if not np.isfinite(refiner.total(refined)):  # links may dip below the floor
             continue
-        rows = robot.normalise(_with_dips(robot, split_evenly(refiner.round(refined), _PIECE)))
-        rows[[0, -1]] = ends  # these nodes exist already: the same to the last bit
+        rows = robot.normalise(_insert_dips(robot, split_evenly(refiner.round(refined), _LONGEST)))
+        rows[[0, -1]] = ends  # the exact nodes
         fresh = len({q.tobytes() for q in rows if q not in forest})
         if fresh <= budget:
             forest.add_path(rows)
@@ -71,8 +71,8 @@ def add_refined_paths(
     return forest.nodes(), forest.edges()
 
 
-def _with_dips(robot: Robot, path: Floats) -> Floats:
-    """The path with a waypoint where w dips inside a motion, so that a cost charged at nodes sees the singularity."""
+def _insert_dips(robot: Robot, path: Floats) -> Floats:
+    """Return the path with a waypoint where w dips, so that a cost charged at nodes sees the singularity."""
     a, delta = path[:-1], np.diff(path, axis=0)
     states = a[:, None] + _DIP_SHARES[:, None] * delta[:, None]
     w = manipulability(robot, states.reshape(-1, robot.dof)).reshape(len(a), -1)
@@ -82,33 +82,33 @@ def _with_dips(robot: Robot, path: Floats) -> Floats:
 
 
 def find_best_path(nodes: Floats, edges: Ints, cost: Floats, starts: Ints, goals: Ints) -> Floats | None:
-    """The configurations (k, dof) of the cheapest path from a start to a goal; None if there is none."""
+    """Return the configurations (k, dof) of the cheapest path from a start to a goal; None without one."""
     rows = cheapest_nodes(len(nodes), np.concatenate([edges, edges[:, ::-1]]), np.tile(cost, 2), starts, goals)
     return nodes[rows] if len(rows) else None
 
 
 _LEAST_GAIN = 1e-4  # relative
-_MOST_PER_PATH = 60  # of the motions past waypoints, those that save most
+_MOST_PER_PATH = 60  # motions past waypoints, those that save most
 
 
 def prove_straight_paths(motions: MotionChecker, starts: Floats, goals: Floats, longest: float) -> list[Floats]:
-    """The proven ones of the straight motions from every row of ``starts`` (s, dof) to every row of ``goals`` (g, dof).
+    """Return the proven straight motions from every row of ``starts`` to every row of ``goals``.
 
-    Each is a path (k, dof) of pieces no longer than ``longest`` (rad).
+    Each is a path (k, dof) of motions no longer than ``longest`` (rad).
     """
     robot = motions.robot
     paths = []
     for a, b in itertools.product(starts, goals):
         delta = robot.difference(a, b)
-        if delta.any() and motions.proven(a, delta):
+        if delta.any() and motions.is_proven(a, delta):
             paths.append(split_motions(motions.prover, np.array([a, b]), longest))
     return paths
 
 
 def split_motions(prover: EdgeProver, path: Floats, longest: float) -> Floats:
-    """A path (k, dof) of proven motions in pieces no longer than ``longest`` (rad): they are proven as the motions are.
+    """Return a path (k, dof) of proven motions, split where they are longer than ``longest`` (rad).
 
-    Each has its motion's certificate.
+    The parts have the certificates of the motions.
     """
     rows, parts = subdivide(prover.robot, path, longest)
     prover.note_pieces(path, rows, parts)
@@ -116,7 +116,7 @@ def split_motions(prover: EdgeProver, path: Floats, longest: float) -> Floats:
 
 
 def subdivide(robot: Robot, path: Floats, longest: float) -> tuple[Floats, Ints]:
-    """The path (k, dof) with no motion longer than ``longest`` (rad), and into how many parts (m,) each was cut."""
+    """Return the path with no motion over ``longest`` (rad), and the number of parts (m,) of each."""
     delta = robot.difference(path[:-1], path[1:])
     parts = count_parts(robot, delta, longest)
     rows = robot.normalise(cut(path, parts, delta))
@@ -125,14 +125,14 @@ def subdivide(robot: Robot, path: Floats, longest: float) -> tuple[Floats, Ints]
 
 
 def count_parts(robot: Robot, delta: Floats, longest: float) -> Ints:
-    """Into how many parts (m,) motions (m, dof) are cut so that their ends tell each, and none is over ``longest``."""
+    """Return the number of parts (m,) of motions (m, dof) of at most ``longest``, each below half a turn."""
     parts = parts_of(np.array([length(motion) for motion in delta]), longest)
     return np.where(robot.is_below_half_turn(delta), parts, np.maximum(parts, 2))
 
 
 @dataclass(frozen=True, eq=False)
 class DraftRoadmap:
-    """A roadmap and what is about to be added to it: nodes (k, dof) that follow its own, and proven edges (j, 2).
+    """A roadmap and planned additions: nodes (k, dof) that follow its own, and proven edges (j, 2).
 
     ``starts`` and ``goals`` are node numbers.
     """
@@ -145,17 +145,17 @@ class DraftRoadmap:
 
     @cached_property
     def nodes(self) -> Floats:
-        """(n, dof) all of them."""
+        """(n, dof) all nodes."""
         return np.concatenate([self.roadmap.nodes, self.added_nodes])
 
     @cached_property
     def arcs(self) -> Ints:
-        """(2 m, 2) the roadmap's edges and those that were added, then all of them backwards."""
+        """(2 m, 2) the roadmap's and the added edges, then all of them reversed."""
         edges = np.concatenate([self.roadmap.edges, self.added_edges])
         return np.concatenate([edges, edges[:, ::-1]])
 
     def costs(self, cost: MotionCost) -> Floats:
-        """(m,) what the edges cost."""
+        """Return (m,) the costs of the edges."""
         a, b = self.nodes[self.added_edges.T]
         return np.concatenate([cost.charge_edges(self.roadmap), cost(a, a + cost.robot.difference(a, b))])
 
@@ -163,23 +163,24 @@ class DraftRoadmap:
 def prove_shortcuts(
     linked: DraftRoadmap, prover: RecordingProver, longest: float, progress: Progress = QUIET
 ) -> Forest:
-    """Proven motions past waypoints of the best path from every start, for each of ``BETAS``, where they are cheaper.
+    """Return proven motions past waypoints of the best path from every start, per beta of ``BETAS``.
 
-    The cost is integrated along motions, see :class:`MotionCost`. In pieces no longer than ``longest`` (rad).
+    They are cheaper than the path, with costs integrated along motions, see :class:`MotionCost`, and split at
+    ``longest`` (rad).
     """
     robot, pairs = prover.robot, dict[tuple[int, int], None]()
     ends = [MotionCost(robot, linked.roadmap.scale, Objective(beta), longest=np.inf) for beta in (0.0, 1.0)]
     edges = [linked.costs(cost) for cost in ends]
     between: dict[bytes, list[Floats]] = {}  # betas often have one best path
     for beta in BETAS:
-        for nodes in _best_paths(linked, _traded_off(beta, *edges)):
+        for nodes in _best_paths(linked, _trade_off(beta, *edges)):
             if progress.stopped:
                 break
             path, key = robot.unwound(linked.nodes[nodes]), nodes.tobytes()
             if key not in between:
                 i, j = _pairs(len(path))
                 between[key] = [cost(path[i], path[j]) for cost in ends]
-            for i, j in _cheaper(prover, path, _traded_off(beta, *between[key])):
+            for i, j in _find_shortcuts(prover, path, _trade_off(beta, *between[key])):
                 pairs[int(nodes[i]), int(nodes[j])] = None
     forest = Forest(linked.nodes)
     for pair in pairs:
@@ -187,8 +188,8 @@ def prove_shortcuts(
     return forest
 
 
-def _traded_off(beta: float, omega: Floats, distance: Floats) -> Floats:
-    """Costs at ``beta`` from those at 0 and at 1, where one is infinite also the other."""
+def _trade_off(beta: float, omega: Floats, distance: Floats) -> Floats:
+    """Return costs at ``beta`` from those at 0 and at 1; where one is infinite, so is the other."""
     if beta in (0.0, 1.0):
         return distance if beta else omega
     return combine_costs(beta, omega, distance)
@@ -196,23 +197,26 @@ def _traded_off(beta: float, omega: Floats, distance: Floats) -> Floats:
 
 @lru_cache
 def _pairs(count: int) -> tuple[Ints, Ints]:
-    """The smaller and the larger of every two of ``count`` numbers."""
+    """Return the smaller and the larger of every two of ``count`` numbers."""
     i, j = np.triu_indices(count, 1)
     return frozen(i, np.int64), frozen(j, np.int64)
 
 
 def _best_paths(linked: DraftRoadmap, cost: Floats) -> list[Ints]:
-    """The nodes (k,) of the cheapest path to a goal from every start that reaches one; edges have ``cost`` (m,)."""
+    """Return the nodes (k,) of the cheapest path to a goal from every start that reaches one.
+
+    Edges have ``cost`` (m,).
+    """
     n, arcs, both, goals = len(linked.nodes), linked.arcs, np.tile(cost, 2), linked.goals
     starts = dict.fromkeys(linked.starts.tolist())
     ways = (cheapest_nodes(n, arcs, both, np.array([start]), goals) for start in starts)
     return [nodes for nodes in ways if len(nodes)]
 
 
-def _cheaper(prover: RecordingProver, path: Floats, direct: Floats) -> list[tuple[int, int]]:
-    """Proven pairs (i, j) of waypoints of ``path`` (k, dof) that the cheapest way along it skips from one to the other.
+def _find_shortcuts(prover: RecordingProver, path: Floats, direct: Floats) -> list[tuple[int, int]]:
+    """Return proven pairs (i, j) of waypoints of ``path`` that the cheapest chain connects directly.
 
-    ``direct``: what the motions between all pairs of waypoints cost, in the order of :func:`_pairs`.
+    ``direct`` are the costs of the motions between all pairs of waypoints, in the order of :func:`_pairs`.
     """
     i, j = _pairs(len(path))
     along = j == i + 1

@@ -1,6 +1,6 @@
 """Roadmaps on disk: one ``.npz`` of plain arrays and a JSON header, no pickles.
 
-A file is believed when its arrays have the right shapes and its content matches its hash. A hash is no signature: in
+A file is accepted when its arrays have the right shapes and its content matches its hash. A hash is no signature: in
 another world all edges are proven again, see :func:`planner.roadmap.load_or_build.reprove`.
 """
 
@@ -30,7 +30,7 @@ from planner.robot.robot import with_widened_limits
 
 FORMAT = "gabf-planner roadmap"
 VERSION = 4
-_MOST = 1e9  # of a number in the arrays: nodes in rad or m, lengths, manipulability, indices
+_MOST = 1e9  # largest number in the arrays: nodes in rad or m, lengths, manipulability, indices
 _AMOUNTS = (  # never negative
     *("manipulability", "joint_length", "tool_length", "edge_manipulability", "edge_cost"),
     *("clearance", "samples"),
@@ -39,7 +39,7 @@ _AMOUNTS = (  # never negative
 
 @dataclass(frozen=True)
 class _Header:
-    """What the JSON header of a file holds."""
+    """The JSON header of a file."""
 
     format: str
     version: int
@@ -59,7 +59,7 @@ def save_roadmap(roadmap: Roadmap, path: StrPath) -> None:
 
 
 def load_roadmap(path: StrPath) -> Roadmap:
-    """Read a roadmap; :class:`FileError` says how a file is damaged."""
+    """Return the roadmap in a file; :class:`FileError` says how a file is damaged."""
     path = Path(path)
     try:
         roadmap = _read(path)
@@ -78,19 +78,19 @@ def load_roadmap(path: StrPath) -> Roadmap:
 
 
 def same_world(roadmap: Roadmap, checker: CollisionChecker) -> bool:
-    """Whether ``checker`` checks what the roadmap was proven against, with no larger margin and no narrower limits."""
+    """Return whether ``checker`` checks the world of the roadmap, at most its margin, at least its limits."""
     mine, world, robot = roadmap.origin, checker.world, checker.robot
     if (mine.joints, mine.tool) != (robot.joints, robot.tool) or mine.margin < world.margin:
         return False
     if (robot.lower > mine.lower).any() or (robot.upper < mine.upper).any():
         return False
-    # wider limits do not matter: the nodes are within the recorded ones
+    # the nodes are within the recorded limits, so wider ones do not matter
     within = replace(robot, lower=frozen(mine.lower), upper=frozen(mine.upper))
     return (mine.robot_identity, mine.world) == (within.identity, world_hash(world))
 
 
 def _checksum(header: dict[str, Any], arrays: dict[str, Any]) -> str:
-    """A hash of everything in the file but itself."""
+    """Return a hash of everything in the file except the hash."""
     rest = json.dumps({key: value for key, value in header.items() if key != "checksum"}, sort_keys=True)
     return content_hash([rest, *(arrays[name] for name in DTYPES)])
 
@@ -98,7 +98,7 @@ def _checksum(header: dict[str, Any], arrays: dict[str, Any]) -> str:
 def _read(path: Path) -> Roadmap:
     with path.open("rb") as file:
         if not zipfile.is_zipfile(file):
-            raise ValueError("it is no .npz archive")
+            raise ValueError("the file is not an .npz archive")
         file.seek(0)
         content = np.load(file, allow_pickle=False)
         header = json.loads(str(content["header"]))
@@ -111,7 +111,7 @@ def _read(path: Path) -> Roadmap:
             )
         arrays = {name: content[name] for name in DTYPES}
     if header["checksum"] != _checksum(header, arrays):
-        raise ValueError("its content does not match its hash")
+        raise ValueError("the content does not match the hash")
     valid = pydantic.TypeAdapter(_Header).validate_python(header)
     _check(arrays, len(valid.origin.joints))
     return Roadmap(scale=valid.scale, origin=valid.origin, **arrays)
@@ -120,7 +120,7 @@ def _read(path: Path) -> Roadmap:
 def _check(arrays: dict[str, Any], dof: int) -> None:
     n, m = len(arrays["nodes"]), len(arrays["edges"])
     if n == 0:
-        raise ValueError("it has no nodes")
+        raise ValueError("the roadmap has no nodes")
     for name, (dtype, of, row) in ARRAYS.items():
         array = arrays[name]
         count = {"node": (n,), "edge": (m,), "end": array.shape[:1]}[of]
@@ -135,28 +135,28 @@ def _check(arrays: dict[str, Any], dof: int) -> None:
         if (arrays[name] < 0).any():
             raise ValueError(f"array '{name}' holds negative values")
     if not np.isin(arrays["checked_by"], range(len(LIBRARIES))).all():
-        raise ValueError("array 'checked_by' names libraries that are not there")
+        raise ValueError("array 'checked_by' holds unknown libraries")
     for name in ("edges", "starts", "goals"):
         if arrays[name].size and not (arrays[name].min() >= 0 and arrays[name].max() < n):
-            raise ValueError(f"array '{name}' points at nodes that are not there")
+            raise ValueError(f"array '{name}' holds unknown nodes")
     first, second = arrays["edges"].T
     if (first >= second).any() or (np.diff(first * n + second) <= 0).any():
-        raise ValueError("its edges are not in order")
+        raise ValueError("the edges are not in order")
 
 
 def read_world_request(config: Mapping[str, Any], where: str) -> WorldRequest:
-    """The robot and the scene in the ``config`` of a plan.json; :class:`FileError` for options that are not valid."""
+    """Return the robot and scene in the ``config`` of a plan.json; :class:`FileError` for invalid options."""
     names = {field.name for field in fields(WorldRequest)}  # type: ignore[arg-type]
     try:
         return WorldRequest(**{name: value for name, value in config.items() if name in names})
     except OptionError:
-        raise FileError(f"the options in the plan.json {where} are not valid: plan again.") from None
+        raise FileError(f"the options in the plan.json {where} are invalid: plan again.") from None
 
 
 def reopen_plan(config: Mapping[str, Any], path: StrPath) -> CollisionChecker:
-    """A checker of the world that a plan was made in, by the ``config`` of its plan.json and its roadmap at ``path``.
+    """Return a checker of a plan's world, by the ``config`` of its plan.json and its roadmap at ``path``.
 
-    Raises :class:`PlannerError` where it cannot be opened, or differs from what the roadmap was proven in.
+    Raises :class:`PlannerError` where it cannot be opened, or differs from the roadmap's.
     """
     request = read_world_request(config, f"next to {path}")
     roadmap = load_roadmap(path)
@@ -175,9 +175,9 @@ QUANTILES = (0.0, 0.05, 0.25, 0.5, 0.75, 0.95, 1.0)
 
 
 def summarize(roadmap: Roadmap) -> dict[str, Any]:
-    """Everything about ``roadmap`` that fits on a page; lengths in m, joint motion in rad, None for no finite number.
+    """Return a summary of ``roadmap`` for one page; lengths in m, joint motion in rad, None if not finite.
 
-    ``components`` are sizes, largest first; ``clearance`` is what the certificates promise beyond the margin.
+    ``components`` are sizes, largest first; ``clearance`` is the certified one beyond the margin.
     """
     origin, n = roadmap.origin, len(roadmap.nodes)
     degree = np.bincount(roadmap.edges.ravel(), minlength=n)

@@ -1,1 +1,1 @@
-"""The field, its path, and a second look at the path; what fails is removed and the field heals."""
+"""The search on a roadmap: the field, its path, a recheck of the path, and healing after a removal."""

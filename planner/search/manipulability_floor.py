@@ -1,14 +1,13 @@
-"""A floor under manipulability: the part of a roadmap on which a path keeps above it.
+"""A floor under manipulability: the network of the paths on a roadmap that stay above it.
 
-The start or the goal may itself lie below the floor. A path then has up to three parts:
+The start or the goal may itself lie below the floor. A path then has up to three phases:
 
-1. from the start up to the floor, where w stays at or above the start's own w;
-2. above the floor;
-3. from the floor down to the goal, where w stays at or above the goal's own w.
+1. from the start up to the floor, where w stays at or above the start's own w; 2. above the floor; 3. from the floor
+down to the goal, where w stays at or above the goal's own w.
 
-The dynamics cannot tell which part of a path a node belongs to. So the network is built in layers: one layer has the
-nodes above the floor, and each start or goal below the floor adds a layer with its own copies of the nodes below it.
-Arcs lead from the layers of starts to the nodes above the floor, and from there to the layers of goals.
+The dynamics cannot know the phase of a node. So the network has layers: one layer has the nodes above the floor, and
+each start or goal below the floor adds a layer with its own copies of the nodes below it. Arcs lead from the layers of
+starts to the nodes above the floor, and from there to the layers of goals.
 """
 
 from __future__ import annotations
@@ -30,15 +29,15 @@ from planner.search.network import cheapest_steps, edge_rows
 from planner.trajectory.measure import dense_path, dense_segments
 
 _ROUNDING = 1e-9  # relative: w of one state computed from two ends of an edge
-_LOWER = 0.95  # from one floor that is tried to the next
-_LEAST = 0.01  # of the first floor: lower ones are not tried
-_MOST_PATHS = 100  # whose edges are sampled anew in search of the highest floor
-_FINER, _ZOOMS = 8, 7  # around a low sample so many times finer, so often: to 5e-10 rad
+_LOWER = 0.95  # from one candidate floor to the next
+_LEAST = 0.01  # of the first candidate floor: lower ones are ignored
+_MOST_PATHS = 100  # whose edges are sampled more finely in search of the highest floor
+_FINER, _ZOOMS = 8, 7  # each zoom at a low sample is so many times finer: to 5e-10 rad
 
 
 @dataclass(frozen=True, eq=False)
 class LayeredNetwork:
-    """What the dynamics runs on: a network, the roadmap node that each of its nodes stands for, and where paths start.
+    """The network of the dynamics, the roadmap node of each of its nodes, and its starts.
 
     Without a floor it is the roadmap itself. ``roadmap_node`` (k,) begins with the roadmap's nodes in their order.
     """
@@ -52,13 +51,13 @@ class LayeredNetwork:
             object.__setattr__(self, name, frozen(getattr(self, name), np.int64))
 
     def on_roadmap(self, x: Floats) -> Floats:
-        """The cost-to-go (n,) of the roadmap's own nodes: a node's least, where a floor has several stretches."""
+        """Return the cost-to-go (n,) of the roadmap's own nodes: the least over the layers of a node."""
         least = np.full(self.roadmap_node.max() + 1, np.inf)
         np.minimum.at(least, self.roadmap_node, x)
         return least
 
     def without_edges(self, edges: Ints) -> LayeredNetwork:
-        """The layered network without every arc along the roadmap's ``edges`` (k, 2), whichever layer it is in."""
+        """Return the network without the arcs of the roadmap's ``edges`` (k, 2) in all layers."""
         n = int(self.roadmap_node.max(initial=0)) + 1
         tails, heads = self.roadmap_node[self.network.tails], self.roadmap_node[self.network.indices]
         of_arc = np.minimum(tails, heads) * n + np.maximum(tails, heads)
@@ -66,34 +65,34 @@ class LayeredNetwork:
         return replace(self, network=self.network.without_arcs(np.flatnonzero(gone)))
 
     def without_arcs_between(self, i: int, j: int) -> LayeredNetwork:
-        """The layered network without the arcs between two nodes of its own network."""
+        """Return the network without the arcs between two of its own nodes."""
         arcs = np.concatenate([self.network.arcs_between(i, j), self.network.arcs_between(j, i)])
         return replace(self, network=self.network.without_arcs(arcs))
 
 
-def layered_network(roadmap: Roadmap, network: gabf.Network, floor: float = 0.0) -> LayeredNetwork:
-    """The network of all paths on ``roadmap`` that keep to ``floor`` (w), with the costs of its ``network``.
+def build_layers(roadmap: Roadmap, network: gabf.Network, floor: float = 0.0) -> LayeredNetwork:
+    """Return the network of all paths on ``roadmap`` above ``floor`` (w), with the costs of ``network``.
 
-    Along an edge w is known only at the states kept with the roadmap: check the path with :func:`find_violation`.
+    Along an edge w is known only at the states saved with the roadmap: check the path with :func:`find_violation`.
     """
     if floor <= 0:
         return LayeredNetwork(network, np.arange(network.n_nodes), roadmap.starts)
     n, w = len(roadmap.nodes), roadmap.manipulability
     nodes, below, arcs = np.arange(n), np.flatnonzero(w < floor), _ArcsAtFloor(roadmap, network, floor)
-    parts, layers = [(arcs.above, nodes, nodes)], []  # of arcs, with the number of each roadmap node at both their ends
+    groups, layers = [(arcs.above, nodes, nodes)], []  # arcs, and the number of each roadmap node at tails and heads
     for ends, up in ((roadmap.starts, True), (roadmap.goals, False)):
         for least in np.unique(w[ends][w[ends] < floor]).tolist():
             copy = np.full(n, -1, dtype=np.int64)
             copy[below] = n + len(layers) * len(below) + np.arange(len(below))
             layers.append(_Layer(least, up, copy))
             enough = arcs.least >= (1.0 - _ROUNDING) * least
-            parts.append((arcs.below & enough, copy, copy))
-            parts.append((arcs.up & enough, copy, nodes) if up else (arcs.down & enough, nodes, copy))
-    chosen = np.concatenate([np.flatnonzero(kept) for kept, _, _ in parts])
+            groups.append((arcs.below & enough, copy, copy))
+            groups.append((arcs.up & enough, copy, nodes) if up else (arcs.down & enough, nodes, copy))
+    chosen = np.concatenate([np.flatnonzero(mask) for mask, _, _ in groups])
     roadmap_node = np.concatenate([nodes, np.tile(below, len(layers))])
     graph = gabf.Network.from_arcs(
-        np.concatenate([tail[network.tails[kept]] for kept, tail, _ in parts]),
-        np.concatenate([head[network.indices[kept]] for kept, _, head in parts]),
+        np.concatenate([tail[network.tails[mask]] for mask, tail, _ in groups]),
+        np.concatenate([head[network.indices[mask]] for mask, _, head in groups]),
         network.weight[chosen],
         sources=_ends(roadmap.goals, w, floor, layers, up=False),
         n_nodes=len(roadmap_node),
@@ -105,7 +104,7 @@ def layered_network(roadmap: Roadmap, network: gabf.Network, floor: float = 0.0)
 
 
 class _ArcsAtFloor:
-    """The least w on each arc, and which arcs lie above the floor, below it, or cross it once, up or down."""
+    """The least w on each arc, and masks of arcs above the floor, below it, crossing it up or down."""
 
     def __init__(self, roadmap: Roadmap, network: gabf.Network, floor: float) -> None:
         w = roadmap.edge_manipulability[edge_rows(roadmap, network.tails, network.indices)]
@@ -119,15 +118,15 @@ class _ArcsAtFloor:
 
 @dataclass(frozen=True, eq=False)
 class _Layer:
-    """A copy of the nodes below the floor for paths up to it, or down from it, whose end has the w ``least``."""
+    """A copy of the nodes below the floor, for paths up from a start or down to a goal of w ``least``."""
 
     least: float
     up: bool
-    copy: Ints  # (n,) the copy's number of each roadmap node, -1 for those above the floor
+    copy: Ints  # (n,) the number of each roadmap node's copy, -1 above the floor
 
 
 def _ends(ends: Ints, w: Floats, floor: float, layers: list[_Layer], up: bool) -> Ints:
-    """The nodes of the layered network at which paths may start (``up``) or end.
+    """Return the nodes of the layered network at which paths may start (``up``) or end.
 
     An end above the floor is its own node. An end below it is its copy in its own layer, and also its copies in the
     layers of the other direction, for paths that never reach the floor: such a path stays in one layer, that of its
@@ -140,11 +139,11 @@ def _ends(ends: Ints, w: Floats, floor: float, layers: list[_Layer], up: bool) -
 
 
 def find_violation(robot: Robot, path: Floats, floor: float) -> int | None:
-    """The first segment on which a joint path (k, dof) breaks the floor; None if none does.
+    """Return the first segment on which a joint path (k, dof) breaks the floor; None if none does.
 
-    Sampled every 0.001 rad, and ever finer around the lowest samples: w = 0 may lie between two that are above.
-    A path keeps to the floor if w is nowhere below the smallest of the floor, w at the start and w at the goal, and
-    stays above the floor between the first and the last state that reach it.
+    Sampled every 0.001 rad, and ever finer around the lowest samples: w = 0 may lie between two that are above. A path
+    respects the floor if w is nowhere below the smallest of the floor, w at the start and w at the goal, and stays
+    above the floor between the first and the last state that reach it.
     """
     if floor <= 0:
         return None
@@ -159,19 +158,20 @@ def find_violation(robot: Robot, path: Floats, floor: float) -> int | None:
     return int(segment[np.argmax(bad)]) if bad.any() else None
 
 
-def highest_floor(robot: Robot, roadmap: Roadmap, network: gabf.Network, asked: float | None = None) -> float:
-    """The highest floor found that a path of ``network`` keeps to, rounded down to two digits; 0 for none.
+def highest_floor(robot: Robot, roadmap: Roadmap, network: gabf.Network, requested: float | None = None) -> float:
+    """Return the highest floor that a path of ``network`` is known to respect, at two digits; 0 for none.
 
-    That is the highest w above which all of a path lies. Where a floor was ``asked`` for and is too high, floors below
-    it are tried too, from above, as paths to them may begin and end lower: a lower floor may forbid a path that a
-    higher one allows. Floors above all w on the roadmap allow the same paths: the highest w is tried first.
+    That is the highest w above which all of a path lies, rounded down. If the ``requested`` floor is too high, lower
+    floors are candidates too, from above, as paths to them may begin and end lower: a lower floor may forbid a path
+    that a higher one allows. Floors above all w on the roadmap allow the same paths: the highest w is the first
+    candidate.
     """
     all_above = round_down(_highest_bottleneck(robot, roadmap, network))
-    if asked is None:
+    if requested is None:
         return all_above
-    floor = top = round_down(_LOWER * min(asked, roadmap.edge_manipulability.max(initial=0.0)))
+    floor = top = round_down(_LOWER * min(requested, roadmap.edge_manipulability.max(initial=0.0)))
     while floor > max(all_above, _LEAST * top):
-        layered = layered_network(roadmap, network, floor)
+        layered = build_layers(roadmap, network, floor)
         path = path_waypoints(roadmap, robot, layered.roadmap_node[cheapest_steps(layered.network, layered.starts)])
         if len(path) and find_violation(robot, path, floor) is None:
             return floor
@@ -180,19 +180,19 @@ def highest_floor(robot: Robot, roadmap: Roadmap, network: gabf.Network, asked: 
 
 
 def _highest_bottleneck(robot: Robot, roadmap: Roadmap, network: gabf.Network) -> float:
-    """The largest w below which some path never falls; 0 where no path is.
+    """Return the largest w below which some path never falls; 0 without a path.
 
-    Edges are first taken by the states that are kept of them; those on a best path are sampled anew, as w may dip in
-    between, until all edges of a best path have been.
+    Edges count first with their saved states; those on a best path are sampled more finely, as w may dip between
+    states, until all edges of a best path are.
     """
     rows, arcs = edge_rows(roadmap, network.tails, network.indices), np.stack([network.tails, network.indices], axis=1)
     least, sampled = roadmap.edge_manipulability.min(axis=1, initial=np.inf), np.zeros(len(roadmap.edges), dtype=bool)
 
     def path(bar: float) -> Ints:
-        kept = arcs[least[rows] >= bar]
-        return cheapest_nodes(len(roadmap.nodes), kept, np.ones(len(kept)), roadmap.starts, network.sources)
+        allowed = arcs[least[rows] >= bar]
+        return cheapest_nodes(len(roadmap.nodes), allowed, np.ones(len(allowed)), roadmap.starts, network.sources)
 
-    found = 0.0
+    highest = 0.0
     for _ in range(_MOST_PATHS):
         bars = np.unique(np.append(least, 0.0))
         low, high = 0, len(bars)  # paths lead over arcs from bars[low] up, none over those from bars[high] up
@@ -207,29 +207,29 @@ def _highest_bottleneck(robot: Robot, roadmap: Roadmap, network: gabf.Network) -
             q = dense_path(path_waypoints(roadmap, robot, roadmap.edges[row]), W_AGAINST_FLOOR)
             least[row] = _dips(robot, q, manipulability(robot, q)).min()
         sampled[passed] = True
-        found = max(found, float(least[passed].min()))
-        if found >= bars[low]:
+        highest = max(highest, float(least[passed].min()))
+        if highest >= bars[low]:
             break
-    return found
+    return highest
 
 
 def _dips(robot: Robot, q: Floats, w: Floats) -> Floats:
-    """``w`` (n,) of samples ``q`` (n, dof), lowered to the least found between a sample that is low and its neighbours.
+    """Return ``w`` (n,) of samples ``q`` (n, dof), lowered to the least w near each low sample.
 
-    What lies after such a sample counts for the next one, as that may be on another segment.
+    A dip after a sample counts for the next one, as that may be on another segment.
     """
     padded = np.concatenate([[np.inf], w, [np.inf]])
     low = np.flatnonzero((w <= padded[:-2]) & (w <= padded[2:]))
     at, dips, rows = q[low], w.copy(), np.arange(len(low))
     before, after = q[np.maximum(low - 1, 0)] - at, q[np.minimum(low + 1, len(q) - 1)] - at
     shares = np.arange(1, _FINER + 1)[:, None, None] / _FINER
-    moved, later = np.zeros((2, len(low)), dtype=bool)  # whether the least is beside a sample, and whether after it
+    moved, later = np.zeros((2, len(low)), dtype=bool)  # whether the least is off the sample, and whether after it
     for _ in range(_ZOOMS):
         states = at + np.concatenate([np.zeros_like(at)[None], shares * before, shares * after])
-        found = manipulability(robot, states.reshape(-1, q.shape[1])).reshape(len(states), -1)
-        best = found.argmin(axis=0)
+        values = manipulability(robot, states.reshape(-1, q.shape[1])).reshape(len(states), -1)
+        best = values.argmin(axis=0)
         moved, later = moved | (best > 0), np.where(moved, later, best > _FINER)
-        np.minimum.at(dips, low + later, found[best, rows])
+        np.minimum.at(dips, low + later, values[best, rows])
         side, inside = np.where((best > _FINER)[:, None], after, before) / _FINER, (best > 0)[:, None]
         before, after = np.where(inside, -side, before / _FINER), np.where(inside, side, after / _FINER)
         at = states[best, rows]
@@ -237,7 +237,7 @@ def _dips(robot: Robot, q: Floats, w: Floats) -> Floats:
 
 
 def round_down(w: float) -> float:
-    """``w`` >= 0 with two significant digits, never above it."""
+    """Return ``w`` >= 0 with two significant digits, never above it."""
     if w <= 0.0:
         return 0.0
     unit = math.floor(math.log10(w)) - 1

@@ -1,7 +1,7 @@
-"""The one search for a proven path: solve the field, take its path, prove it, remove what fails, let the field heal.
+"""The one search for a proven path: solve the field, prove its path, remove a failed edge, heal.
 
-Plans, sweeps, sessions and tasks all search so. They differ in what a proof of a path is, see :class:`LazyNetwork`.
-(Lazy PRM, Bohlin and Kavraki 2000, with a field that heals in the place of a search from scratch.)
+Plans, sweeps, sessions and tasks share it. They differ in the proof of a path, see :class:`LazyNetwork`. (Lazy PRM,
+Bohlin and Kavraki 2000, with a field that heals instead of a search from scratch.)
 """
 
 from collections.abc import Callable
@@ -18,7 +18,7 @@ from planner.collision.checker import CollisionChecker
 from planner.collision.recheck import recheck_pieces, straight
 from planner.roadmap.roadmap import Roadmap, path_waypoints
 from planner.robot.robot import Robot
-from planner.search.manipulability_floor import LayeredNetwork, find_violation, layered_network
+from planner.search.manipulability_floor import LayeredNetwork, build_layers, find_violation
 from planner.search.network import edge_rows
 
 
@@ -27,7 +27,7 @@ class LazyNetwork(Protocol):
 
     @property
     def network(self) -> gabf.Network:
-        """The arcs that are left, between nodes that stay."""
+        """The remaining arcs, between constant nodes."""
         ...
 
     @property
@@ -35,8 +35,11 @@ class LazyNetwork(Protocol):
         """The nodes (s,) at which a path may start."""
         ...
 
-    def holds(self, steps: Ints) -> bool:
-        """Prove the path over nodes ``steps`` (k,); where that fails, remove at least one of its arcs and say False."""
+    def prove_path(self, steps: Ints) -> bool:
+        """Prove the path over nodes ``steps`` (k,); on failure, remove at least one of its arcs.
+
+        Returns whether the path is proven.
+        """
         ...
 
 
@@ -47,15 +50,15 @@ class ProvenNetwork:
     network: gabf.Network
     starts: Ints
 
-    def holds(self, steps: Ints) -> bool:
+    def prove_path(self, steps: Ints) -> bool:
         return True
 
 
 @dataclass(frozen=True, eq=False)
-class Found:
-    """The settled field and the proven path over nodes ``steps`` (k,); no steps: there is no path, or a stop was asked.
+class SearchResult:
+    """The settled field and the proven path over nodes ``steps`` (k,); (0,) without a path or on a stop.
 
-    ``rounds`` counts the fields on the way.
+    ``rounds`` counts the solved fields.
     """
 
     field: gabf.CostToGo
@@ -69,13 +72,13 @@ def search(
     x: Floats | None = None,
     clock: Stopwatch | None = None,
     progress: Progress = QUIET,
-) -> Found:
-    """The cheapest path of a lazy network that holds, and the field that says so.
+) -> SearchResult:
+    """Return the cheapest path of a lazy network that is proven, and its field.
 
-    Only arcs that failed ever go. So every network on the way contains all proven paths, its cheapest path costs no
-    more than the cheapest of these, and the first path that holds is the cheapest. The dynamics starts from the states
-    ``x`` (n,) of the first n nodes, then from each field before, raised where it relied on what went; under a law that
-    needs an overestimate it starts anew each time.
+    The search removes failed arcs only. So every network on the way contains all proven paths, its cheapest path costs
+    no more than the cheapest of these, and the first path that is proven is the cheapest. The dynamics starts from the
+    states ``x`` (n,) of the first n nodes, then from each earlier field, raised where it relied on a removed arc; a law
+    that needs an overestimate starts from one each time.
     """
     clock, rounds = clock or Stopwatch(), 0
     while True:
@@ -91,17 +94,17 @@ def search(
         with clock("path"):
             steps = gabf.cheapest_path(field, lazy.starts)
             stopped = progress.stopped
-            if stopped or not len(steps) or lazy.holds(steps):
+            if stopped or not len(steps) or lazy.prove_path(steps):
                 progress("path", rounds, 0)
-                return Found(field, steps[:0] if stopped else steps, rounds)
+                return SearchResult(field, steps[:0] if stopped else steps, rounds)
 
 
 class RoadmapPaths:
-    """The paths of a roadmap that keep to a manipulability ``floor``, as a :class:`LazyNetwork`.
+    """The paths of a roadmap that stay above a manipulability ``floor``, as a :class:`LazyNetwork`.
 
-    ``prove(nodes)`` proves the edges between consecutive roadmap nodes (k,). It returns the rows of edges that no path
-    may use from then on; none where all of the path's are proven. An arc on which the path falls below the floor goes
-    too. ``kept`` (m,): the edges that have not failed.
+    ``prove(nodes)`` proves the edges between consecutive roadmap nodes (k,). It returns the rows of the edges to
+    remove, none where all of the path's are proven. An arc on which the path falls below the floor is removed too.
+    ``kept`` (m,) marks the edges that have not failed.
     """
 
     def __init__(
@@ -113,7 +116,7 @@ class RoadmapPaths:
         prove: Callable[[Ints], Ints],
     ) -> None:
         self._roadmap, self._robot, self._floor, self._prove = roadmap, robot, floor, prove
-        self.layered = network if isinstance(network, LayeredNetwork) else layered_network(roadmap, network, floor)
+        self.layered = network if isinstance(network, LayeredNetwork) else build_layers(roadmap, network, floor)
         self.kept = np.ones(len(roadmap.edges), dtype=bool)
 
     @property
@@ -131,7 +134,7 @@ class RoadmapPaths:
             return self._roadmap
         return self._roadmap.part(np.ones(len(self._roadmap.nodes), dtype=bool), self.kept)
 
-    def holds(self, steps: Ints) -> bool:
+    def prove_path(self, steps: Ints) -> bool:
         failed = self._prove(self.layered.roadmap_node[steps])
         if len(failed):
             self.remove(failed)
@@ -147,17 +150,17 @@ class RoadmapPaths:
         self.layered = self.layered.without_edges(self._roadmap.edges[rows])
 
     def waypoints(self, steps: Ints) -> Floats:
-        """The configurations (k, dof) of a path over nodes of the layered network."""
+        """Return the configurations (k, dof) of a path over nodes of the layered network."""
         return path_waypoints(self._roadmap, self._robot, self.layered.roadmap_node[steps])
 
 
 def make_recheck(
     checker: CollisionChecker, roadmap: Roadmap, seen: set[bytes] | None = None, progress: Progress = QUIET
 ) -> Callable[[Ints], Ints]:
-    """The proof of a path whose edges are all proven: a second look at them, see :func:`recheck_pieces`.
+    """Return the proof of a path of proven edges: a second check of them, see :func:`second_look`.
 
-    The first edge on which it sees a contact fails. ``seen``: the edges that passed in the same world, on any roadmap,
-    which are not looked at again; what passes is added.
+    The first edge with a contact fails. ``seen`` contains the edges that passed in the same world, on any roadmap,
+    which are not checked again; edges that pass are added.
     """
     passed, robot = set() if seen is None else seen, checker.robot
 

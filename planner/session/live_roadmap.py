@@ -17,8 +17,8 @@ from planner.base.arrays import Bools, Floats, Ints, frozen
 from planner.collision.checker import CollisionChecker
 from planner.collision.edge_prover import EdgeProver
 from planner.collision.world import World
-from planner.roadmap.load_or_build import reprove_if_needed
-from planner.roadmap.measure import check_nodes, unchecked
+from planner.roadmap.load_or_build import reprove_in_other_world
+from planner.roadmap.measure import check_nodes
 from planner.roadmap.roadmap import (
     EDGE_ARRAYS,
     NODE_ARRAYS,
@@ -244,14 +244,14 @@ class LiveRoadmap:
 
     def with_foreign_roadmap(self, roadmap: Roadmap) -> LiveRoadmap:
         """Return this world with a roadmap of the same joints, less the edges that are not proven here."""
-        roadmap = reprove_if_needed(roadmap, self.checker)
+        roadmap = reprove_in_other_world(roadmap, self.checker)
         return self.with_roadmap(check_nodes(restrict_to_constraints(roadmap, self.world.constraints), self.checker))
 
     def move_to_world(self, checker: CollisionChecker) -> LiveRoadmap:
         """Return the roadmap in the world of another ``checker``."""
         if checker is self.checker:
             return self
-        kept = None if self.kept is None else replace(self.kept, checked_by=unchecked(len(self.kept.nodes)))
+        kept = self.kept and replace(self.kept, checked_by=np.zeros(len(self.kept.nodes), dtype=np.int8))
         return replace(self, checker=checker, kept=kept, proofs=self.proofs.move_to_world(self.world, checker.world))
 
     def prove(self, rows: Ints) -> LiveRoadmap:

@@ -31,7 +31,7 @@ from planner.roadmap.infeasibility import explain_separation
 from planner.roadmap.roadmap import path_waypoints
 from planner.search.manipulability_floor import LayeredNetwork
 from planner.search.network import build_network, edge_rows, path_cost
-from planner.search.search import Found, RoadmapPaths, search
+from planner.search.search import RoadmapPaths, SearchResult, search
 from planner.session.live_roadmap import EdgeChanges, LiveRoadmap, clauses_of
 from planner.trajectory.limits import MotionLimits
 
@@ -199,7 +199,7 @@ def _find_earliest(
 
 
 @dataclass(frozen=True, eq=False)
-class LivePath(Found):
+class LivePath(SearchResult):
     """The result of a search, and the roadmap with the proofs made for it; ``layered`` is its network."""
 
     live: LiveRoadmap

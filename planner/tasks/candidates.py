@@ -9,7 +9,7 @@ import numpy as np
 from planner.base.arrays import Floats, Ints
 from planner.base.errors import choices
 from planner.base.yamlfile import suggest_name
-from planner.kinematics.inverse import Tolerance, distinct_rows, solve_within
+from planner.kinematics.inverse import Tolerance, distinct_configurations, solve_within
 from planner.kinematics.manipulability import manipulability
 from planner.problem.request import TaskWorldRequest
 from planner.problem.targets import parse_target
@@ -41,7 +41,7 @@ def solve_pose(robot: Robot, pose: Floats, seeds: Floats, most: int, tolerance: 
     """
     ends = _solve(robot, pose, seeds, tolerance)
     best = np.argsort(-manipulability(robot, ends), kind="stable") if len(ends) else slice(0)
-    return distinct_rows(robot, ends[best], _APART, most)
+    return distinct_configurations(robot, ends[best], _APART, most)
 
 
 def follow_line(robot: Robot, q: Floats, poses: Floats, tolerance: Tolerance) -> Floats | None:

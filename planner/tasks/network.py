@@ -24,7 +24,7 @@ from planner.problem.request import Objective
 from planner.roadmap.connections import find_nearest
 from planner.roadmap.roadmap import Roadmap
 from planner.robot.robot import Robot
-from planner.search.search import Found, search
+from planner.search.search import SearchResult, search
 from planner.tasks.candidates import NO_OBJECT, Candidate, Candidates
 from planner.tasks.modes import ARM, BLOCKED, FREE, OPEN, Mode, Modes, Motions
 from planner.tasks.task import TaskError
@@ -255,7 +255,7 @@ class LazySearch:
         """The start, as an array (1,)."""
         return np.array([self.tasks.start])
 
-    def path(self, beta: float, progress: Progress = QUIET) -> tuple[Found, Ints]:
+    def path(self, beta: float, progress: Progress = QUIET) -> tuple[SearchResult, Ints]:
         """Return the cheapest proven path at ``beta`` and its arcs (k,), empty without a path."""
         self.complete = self.tasks.at_beta(beta)
         near = min(self.fields, key=lambda known: abs(known - beta), default=None)
@@ -273,7 +273,7 @@ class LazySearch:
             envelope.step()
         return support_intervals(envelope.supports)
 
-    def holds(self, steps: Ints) -> bool:
+    def prove_path(self, steps: Ints) -> bool:
         """Prove and recheck a path; return whether it is free, and refuse its blocked arcs and others."""
         arcs = self.complete.arcs_along(steps)
         for mode in np.unique(self.tasks.mode[arcs]).tolist():

@@ -16,7 +16,7 @@ from planner.kinematics.inverse import POSITION_TOLERANCE
 from planner.kinematics.manipulability import node_manipulability
 from planner.native.graphs import reachable
 from planner.problem.outcome import CannotFollow
-from planner.roadmap.measure import measure_edges, unchecked
+from planner.roadmap.measure import measure_edges
 from planner.roadmap.roadmap import EDGE_ARRAYS, NODE_ARRAYS, Roadmap, record_origin
 from planner.robot.robot import Robot
 from planner.tool_paths.ladder import Ladder, solutions_at
@@ -125,7 +125,7 @@ def _roadmap(
     return Roadmap(
         nodes=nodes, edges=edges, proven=np.ones(len(edges), dtype=bool), starts=ends[0], goals=ends[1],
         manipulability=w, **measure_edges(robot, nodes, edges, scale), clearance=clearance, samples=samples,
-        checked_by=unchecked(len(nodes)), scale=scale, origin=record_origin(checker, seed),
+        checked_by=np.zeros(len(nodes), dtype=np.int8), scale=scale, origin=record_origin(checker, seed),
     )  # fmt: skip
 
 

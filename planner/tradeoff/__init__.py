@@ -1,1 +1,1 @@
-"""The exact trade-off between manipulability and distance on one roadmap. Start with :mod:`planner.tradeoff.sweep`."""
+"""The exact trade-off of manipulability and distance. Start with :mod:`planner.tradeoff.sweep`."""

@@ -1,8 +1,8 @@
-"""The lower envelope of all paths' costs over beta: every path that some beta makes optimal, one solve at a time.
+"""The lower envelope of all paths' costs over beta: every path that is optimal at some beta.
 
 A path of a network with the kernel of eq. (finew) costs (1 - beta) Omega + beta D: a line in beta. The least cost over
-all paths is concave and piecewise linear, so all its corners come from its ends: solve at both, intersect the two
-lines, solve there, and put the cheaper path in between; where there is none the intersection is a corner.
+all paths is concave and piecewise linear, so all its corners follow from its ends: solve at both, intersect the two
+lines, solve there, and insert the cheaper path; without one the intersection is a corner.
 """
 
 import itertools
@@ -22,9 +22,9 @@ TOLERANCE = 1e-12  # relative to max(1, cost): far above the rounding of a sum o
 
 @dataclass(frozen=True, eq=False)
 class Support:
-    """A path ``nodes`` (k,), start first, that is optimal at ``beta``, its Omega and D, and the field that says so.
+    """A path ``nodes`` (k,), start first, that is optimal at ``beta``, with its Omega, D and field.
 
-    ``x`` (n,) is that field; ``cost_to_go`` the run of the dynamics that it comes from, if it comes from one.
+    ``x`` (n,) is the field; ``cost_to_go`` its run of the dynamics, if any.
     """
 
     beta: float
@@ -35,13 +35,13 @@ class Support:
     cost_to_go: gabf.CostToGo | None = None
 
     def at(self, beta: float) -> float:
-        """The path's cost at another beta."""
+        """Return the path's cost at another beta."""
         return combine_costs(beta, self.manipulability, self.distance)
 
 
 @dataclass(frozen=True, eq=False)
 class SupportInterval:
-    """A support and the betas [``beta_min``, ``beta_max``] that its path is optimal for."""
+    """A support and the betas [``beta_min``, ``beta_max``] at which its path is optimal."""
 
     beta_min: float
     beta_max: float
@@ -49,14 +49,13 @@ class SupportInterval:
 
 
 class EnvelopeSearch:
-    """The search for all supports of a lazy network, resting between two solves.
+    """The search for all supports of a lazy network, one solve per step.
 
-    ``supports`` are sorted by beta, and their paths hold; the first ``settled`` gaps between them are proven to hold no
-    further path. The leftmost open gap is searched first, so the settled part goes from 0 up to :attr:`reach`. Where a
-    path fails it is removed, and the search starts over on what is left.
-    Every field is where the dynamics of ``law`` settles, or without a law what :func:`planner.gabf.oracle` finds: the
-    same to 1e-9, mostly to the bit. ``solves`` counts runs of the dynamics, ``max_error`` is their largest relative
-    error against the oracle.
+    ``supports`` are sorted by beta, and their paths are proven; the first ``settled`` gaps between them are proven to
+    have no further path. The leftmost open gap is searched first, so the settled interval extends from 0 to
+    :attr:`reach`. A path that fails is removed, and the search starts again on the rest. Every field is that of the
+    dynamics of ``law``, or without a law that of :func:`planner.gabf.oracle`: the same to 1e-9, mostly to the bit.
+    ``solves`` counts runs of the dynamics, ``max_error`` is their largest relative error against the oracle.
     """
 
     def __init__(self, lazy: LazyNetwork, law: gabf.Law | None = None, clock: Stopwatch | None = None) -> None:
@@ -82,38 +81,38 @@ class EnvelopeSearch:
         return self.supports[self.settled].beta if self.supports else float(not self.is_connected)
 
     def step(self) -> None:
-        """Search one end, or solve once in the leftmost open gap; prove the path that is found."""
+        """Search one end, or solve once in the leftmost open gap; prove the new path."""
         with self._clock("gabf"):
-            place, found = self._next()
-        if found is None:
+            index, support = self._next()
+        if support is None:
             return
         with self._clock("path"):
-            holds = self.lazy.holds(found.nodes)
-        if holds:
-            self.supports.insert(place, found)
+            is_proven = self.lazy.prove_path(support.nodes)
+        if is_proven:
+            self.supports.insert(index, support)
         else:
             self._begin()
 
     def _next(self) -> tuple[int, Support | None]:
-        """The next support and its place among the others; none where a gap is settled or no start reaches a goal."""
+        """Return the next support and its index, or None where a gap is settled or no start reaches a goal."""
         if len(self.supports) < 2:
-            found = self._end(float(len(self.supports)))
-            self.is_connected = found is not None
-            return len(self.supports), found
+            support = self._end(float(len(self.supports)))
+            self.is_connected = support is not None
+            return len(self.supports), support
         left, right = self.supports[self.settled : self.settled + 2]
-        if not _same(left, right):
+        if not _is_same(left, right):
             beta = crossing(left, right)
-            found = self._between(beta, left, right)
-            if found.at(beta) < left.at(beta) - _slack(left.at(beta)):
-                return self.settled + 1, found
+            support = self._between(beta, left, right)
+            if support.at(beta) < left.at(beta) - _slack(left.at(beta)):
+                return self.settled + 1, support
         self.settled += 1
         return self.settled, None
 
     def _end(self, beta: float) -> Support | None:
-        """The path of least D among those of least Omega (``beta`` 0), or the reverse (1); None if there is no path.
+        """Return the path of least D among those of least Omega (``beta`` 0), or the reverse (1); or None.
 
-        Paths of least cost consist of tight arcs, x_i = f(x_j, w_ij). The dynamics runs once for these and once more
-        on them alone for the other cost. A path that is costlier by less than ``TOLERANCE`` counts as one of them.
+        Paths of least cost consist of tight arcs, x_i = f(x_j, w_ij). The dynamics runs once for these and again on
+        them alone for the other cost. A path that is costlier by less than ``TOLERANCE`` counts as one of them.
         """
         network = at_beta(self.network, beta)
         x, field = self._solve(network, None)
@@ -131,7 +130,7 @@ class EnvelopeSearch:
         return self._support(network, _cheapest_path(network, x, self.starts), x, field)
 
     def _solve(self, network: gabf.Network, near: Floats | None) -> tuple[Floats, gabf.CostToGo | None]:
-        """The field of ``network``, and the run that it comes from; started from ``near`` where any start will do."""
+        """Return the field of ``network`` and its run, started from ``near`` if the law allows any start."""
         exact = gabf.oracle(network)
         if self.law is None:
             return exact, None
@@ -146,42 +145,43 @@ class EnvelopeSearch:
 
 
 def support_intervals(supports: Sequence[Support]) -> list[SupportInterval]:
-    """The intervals of a settled run of supports, from the first one's beta to the last one's, without gaps.
+    """Return the intervals of settled supports, from the first one's beta to the last one's, without gaps.
 
     Equal lines are merged, and paths that are optimal at a single beta left out, both within ``TOLERANCE``.
     """
-    kept: list[Support] = []
+    lines: list[Support] = []
     for support in supports:
-        if kept and _same(kept[-1], support):
+        if lines and _is_same(lines[-1], support):
             continue
-        while len(kept) > 1 and _adds_nothing(kept[-2], kept[-1], support):
-            kept.pop()
-        kept.append(support)
-    corners = [crossing(a, b) for a, b in itertools.pairwise(kept)]
-    ends = [supports[0].beta, *corners, supports[-1].beta] if kept else []
-    return [SupportInterval(a, b, support) for (a, b), support in zip(itertools.pairwise(ends), kept, strict=True)]
+        while len(lines) > 1 and _is_redundant(lines[-2], lines[-1], support):
+            lines.pop()
+        lines.append(support)
+    corners = [crossing(a, b) for a, b in itertools.pairwise(lines)]
+    ends = [supports[0].beta, *corners, supports[-1].beta] if lines else []
+    return [SupportInterval(a, b, support) for (a, b), support in zip(itertools.pairwise(ends), lines, strict=True)]
 
 
 def front_shares(costs: Floats) -> Floats:
-    """(k, 2) of each path of a front, by its Omega and D (k, 2) from beta 0 to 1: its shares of the gain and the price.
+    """Return (k, 2) shares of the gain and of the price, from Omega and D (k, 2) of a front by beta.
 
-    The gain is how much less Omega is than at beta 1, the price how much more D is; at beta 0 both shares are 1.
+    The gain is the saving of Omega over beta 1, the price the additional D; at beta 0 both shares are 1.
     """
     return np.abs(costs - costs[-1]) / np.maximum(np.abs(costs[0] - costs[-1]), 1e-300)
 
 
 def find_knee(shares: Sequence[tuple[float | None, float | None]]) -> int | None:
-    """The path at the knee of a front, by :func:`front_shares`; None for fewer than three paths, or unknown shares.
+    """Return the index of the path at the knee of a front, by :func:`front_shares`; None for under three.
 
     It is the path farthest from the chord between the ends, with both axes scaled to [0, 1]: I. Das, On characterizing
-    the "knee" of the Pareto curve based on normal-boundary intersection, Structural Optimization 18, 1999.
+    the "knee" of the Pareto curve based on normal-boundary intersection, Structural Optimization 18, 1999. None for
+    unknown shares too.
     """
     apart = [gain - added for gain, added in shares if gain is not None and added is not None]
     return int(np.argmax(apart)) if len(apart) > 2 else None
 
 
 def crossing(left: Support, right: Support) -> float:
-    """The beta at which the lines of two different supports meet, between those that they are optimal at."""
+    """Return the beta at which the lines of two different supports meet, between their own betas."""
     more, less = right.manipulability - left.manipulability, left.distance - right.distance
     return float(np.clip(more / (more + less), left.beta, right.beta))
 
@@ -191,7 +191,7 @@ def _cheapest_path(network: gabf.Network, x: Floats, starts: Ints) -> Ints:
 
 
 def _tight(network: gabf.Network, x: Floats) -> Bools:
-    """(n_arcs,) the arcs that paths of least cost consist of."""
+    """Return (n_arcs,) which arcs paths of least cost consist of."""
     tails = x[network.tails]
     return network.arcs(x[network.indices]) <= tails + TOLERANCE * np.maximum(1.0, tails)
 
@@ -200,13 +200,13 @@ def _slack(cost: float) -> float:
     return TOLERANCE * max(1.0, cost)
 
 
-def _same(a: Support, b: Support) -> bool:
+def _is_same(a: Support, b: Support) -> bool:
     return all(
         abs(p - q) <= _slack(max(p, q)) for p, q in ((a.manipulability, b.manipulability), (a.distance, b.distance))
     )
 
 
-def _adds_nothing(left: Support, middle: Support, right: Support) -> bool:
-    """Whether the middle path is nowhere cheaper than both others; it can be so only where these cross."""
+def _is_redundant(left: Support, middle: Support, right: Support) -> bool:
+    """Return whether the middle path is nowhere cheaper than both others: not where these cross."""
     beta = crossing(left, right)
     return middle.at(beta) >= left.at(beta) - _slack(left.at(beta))

@@ -1,4 +1,4 @@
-"""``sweep.json`` and ``sweep.csv``: the record of a trade-off, its schema in types and docstrings, and its table."""
+"""``sweep.json`` and ``sweep.csv``: the record of a trade-off, its schema, and its table."""
 
 import csv
 import io
@@ -28,7 +28,7 @@ _KNEE = "the interval, counted from 0, farthest from the chord of the front; lef
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class IntervalNumbers(Record):
-    """What an interval of beta and its path measure; at beta the path costs (1 - beta) Omega + beta D."""
+    """The measures of an interval of beta and its path, which costs (1 - beta) Omega + beta D at beta."""
 
     beta_min: Beta
     beta_max: Beta
@@ -44,7 +44,7 @@ class IntervalNumbers(Record):
     added_length: Annotated[Beta | None, Field(description=_ADDED)] = None
 
     def at(self, beta: float) -> float:
-        """The path's cost at ``beta``."""
+        """Return the path's cost at ``beta``."""
         return combine_costs(beta, self.manipulability_cost, self.distance_cost)
 
     @property
@@ -54,13 +54,13 @@ class IntervalNumbers(Record):
         return round((self.beta_min + self.beta_max) / 2, digits)
 
     def choice(self, is_knee: bool) -> dict[str, Any]:
-        """What the page says of the interval as a choice; m and s."""
+        """Return the numbers of the interval for the page; m and s."""
         names = ("beta", "w_min", "duration", "clearance", "gain", "added_length", "buys")
         return {name: getattr(self, name) for name in names} | {"knee": is_knee}
 
     @property
     def buys(self) -> str:
-        """The sentence of the beta's gain and its price; empty where the ends of the front are not known."""
+        """The gain and the price of the beta as a sentence; empty where the ends of the front are unknown."""
         if self.gain is None or self.added_length is None:
             return ""
         shares = f"{100 * self.gain:.0f} % of the gain in w for {100 * self.added_length:.0f} % of the added length"
@@ -69,7 +69,7 @@ class IntervalNumbers(Record):
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class IntervalRecord(IntervalNumbers):
-    """A path and the betas that it is optimal for."""
+    """A path and the betas at which it is optimal."""
 
     path_nodes: Nodes
     path: list[list[float]]
@@ -85,7 +85,7 @@ NUMBERS = [each.name for each in fields(IntervalNumbers)]
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class SweepRecord(RunRecord):
-    """What ``planner sweep`` writes as sweep.json; units rad, m and s."""
+    """The content of sweep.json by ``planner sweep``; units rad, m and s."""
 
     complete: bool
     intervals: list[IntervalRecord]
@@ -153,7 +153,7 @@ class SweepRecord(RunRecord):
         return lines
 
     def html(self) -> str:
-        """The table in a notebook cell."""
+        """Return the table for a notebook cell."""
         table = self.table
         caption = f"{self.robot} in {self.scene}. {self.message} {' '.join(self.lines)}"
         cells = [[str(value) for value in row.values()] for row in table]
@@ -161,7 +161,7 @@ class SweepRecord(RunRecord):
 
 
 def range_text(low: float, high: float, between: str = " to ") -> str:
-    """Two numbers in [0, 1] with three digits behind the point, or as many as tell them apart."""
+    """Return two numbers in [0, 1] with three decimals, or as many as distinguish them."""
     apart = high - low
     digits = min(12, max(3, 1 - int(np.floor(np.log10(apart))))) if apart > 0.0 else 3
     return between.join(f"{value:.{digits}f}".rstrip("0").rstrip(".") for value in (low, high))
@@ -171,7 +171,7 @@ N = TypeVar("N", bound=IntervalNumbers)
 
 
 def interval_at(intervals: Sequence[N], beta: float) -> tuple[N | None, str]:
-    """The interval of ``beta`` among those of a sweep, and a note where two meet there; None where there is none.
+    """Return the interval of ``beta`` among those of a sweep, or None, and a note where two meet there.
 
     Where two meet their paths cost the same, and the shorter one counts. Raises :class:`OptionError` for a beta outside
     [0, 1].
@@ -180,12 +180,12 @@ def interval_at(intervals: Sequence[N], beta: float) -> tuple[N | None, str]:
     here = [item for item in intervals if item.beta_min <= beta <= item.beta_max]
     if not here:
         return None, ""
-    note = f"beta {beta:.12g} is where two paths of the roadmap cost the same: the shorter one is taken"
+    note = f"two paths of the roadmap cost the same at beta {beta:.12g}: the plan takes the shorter one"
     return here[-1], note if len(here) > 1 else ""  # D falls as beta grows
 
 
 def read_sweep(folder: Path) -> SweepRecord:
-    """The record in a folder of ``planner sweep``; :class:`FileError` where it is missing or damaged."""
+    """Return the record in a folder of ``planner sweep``; :class:`FileError` if missing or damaged."""
     where = f"sweep {folder / SWEEP_NAME}"
     data = parse_json(read_text(folder / SWEEP_NAME, "sweep"), where)
     if isinstance(data, dict):

@@ -1,4 +1,4 @@
-"""The result of a sweep: its paths with their intervals of beta, a plan at any beta, and what is written of them."""
+"""The result of a sweep: paths with intervals of beta, a plan at any beta, and the files."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ from planner.view.page import Page, command_line
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Interval(IntervalNumbers):
-    """One path and the betas [``beta_min``, ``beta_max``] that it is optimal for, of all paths in the roadmap.
+    """A path and the betas [``beta_min``, ``beta_max``] at which it is optimal in the roadmap.
 
     ``path_nodes`` (k,) start first, ``path`` (k, dof) rad with continuous joints unwound. ``cost_to_go`` is the settled
     field at a beta of the interval (``cost_to_go.network.kernel.beta``), ``trajectory`` the motion along the path.
@@ -60,7 +60,7 @@ class Interval(IntervalNumbers):
     trajectory: Trajectory | None = None
 
     def record(self, name: str) -> IntervalRecord:
-        """What ``sweep.json`` holds of it, its motion being in the file ``name``."""
+        """Return the record for ``sweep.json``; the motion is in the file ``name``."""
         return IntervalRecord(
             **{number: getattr(self, number) for number in NUMBERS},
             path_nodes=self.path_nodes.tolist(),
@@ -71,17 +71,17 @@ class Interval(IntervalNumbers):
 
     @property
     def betas(self) -> str:
-        """The interval with as many digits as tell its ends apart: "0.238 to 0.479", "0.99979 to 1"."""
+        """The interval with enough digits to distinguish its ends: "0.238 to 0.479", "0.99979 to 1"."""
         return range_text(self.beta_min, self.beta_max)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Tradeoff(Result[SweepRecord]):
-    """The trade-off of one roadmap's paths, with everything it was made from; :meth:`at` is the plan at a beta.
+    """The trade-off of one roadmap's paths and its inputs; :meth:`at` is the plan at a beta.
 
-    ``intervals`` are sorted and cover [0, 1] where ``complete``; where the sweep was interrupted those that are
-    proven, from 0 up; none where there is no path. ``solves`` counts runs of the dynamics, ``max_error_vs_oracle`` is
-    the largest relative error of all of them.
+    ``intervals`` are sorted and cover [0, 1] if ``complete``; after an interruption they are the proven ones, from 0
+    up; none without a path. ``solves`` counts runs of the dynamics, ``max_error_vs_oracle`` is their largest relative
+    error.
     """
 
     JSON: ClassVar = SWEEP_NAME
@@ -117,7 +117,7 @@ class Tradeoff(Result[SweepRecord]):
 
     @cached_property
     def record(self) -> SweepRecord:
-        """What ``sweep.json`` holds; units in rad, m and s."""
+        """The content of ``sweep.json``; units in rad, m and s."""
         return SweepRecord.from_run(
             self,
             self.robot,
@@ -144,16 +144,16 @@ class Tradeoff(Result[SweepRecord]):
         record = read_sweep(folder)
         checker, roadmap = reopen_plan(record.config, folder / ROADMAP_NAME), load_roadmap(folder / ROADMAP_NAME)
         request = SweepRequest.from_config(record.config)
-        kept = {"clearance": record.clearance_kept, "edges_removed": record.roadmap.edges_removed}
-        found = add_intervals(cls(request, Outcome.INTERRUPTED, checker, roadmap, **kept))
-        intervals = list(found.intervals)
+        known = {"clearance": record.clearance_kept, "edges_removed": record.roadmap.edges_removed}
+        tradeoff = add_intervals(cls(request, Outcome.INTERRUPTED, checker, roadmap, **known))
+        intervals = list(tradeoff.intervals)
         for k, known in enumerate(record.intervals):
             if k >= len(intervals) or intervals[k].path_nodes.tolist() != known.path_nodes:
                 raise FileError(f"{folder / cls.JSON} has other paths than its roadmap gives now: sweep again.")
             motion = None if known.trajectory is None else Trajectory.load(folder / known.trajectory)
             own = {"goal": known.goal, "duration": known.duration, "clearance": known.clearance}
             intervals[k] = replace(intervals[k], trajectory=motion, **own)
-        return replace(found, intervals=tuple(intervals))
+        return replace(tradeoff, intervals=tuple(intervals))
 
     def at(self, beta: float) -> Plan:
         """The plan at ``beta``: the path of its interval with its motion, and the field of this beta.
@@ -177,7 +177,7 @@ class Tradeoff(Result[SweepRecord]):
         return replace(plan, cost_to_go=field, alternatives=shown, end_notes=notes, timings=clock.seconds)
 
     def plan_along(self, item: Interval, beta: float) -> Plan:
-        """The plan at ``beta`` along an interval's path, without a field."""
+        """Return the plan at ``beta`` along an interval's path, without a field."""
         cost = PathCost(item.at(beta), item.manipulability_cost, item.distance_cost, beta)
         own = {"path": item.path, "path_nodes": item.path_nodes, "goal": item.goal, "trajectory": item.trajectory}
         return replace(self._without_path(beta), outcome=Outcome.SOLVED, cost=cost, **own)
@@ -201,7 +201,7 @@ class Tradeoff(Result[SweepRecord]):
     def _knee(self) -> int | None:
         return find_knee([(item.gain, item.added_length) for item in self.intervals])
 
-    def shown_paths(self) -> list[ShownPath]:
+    def page_paths(self) -> list[ShownPath]:
         """The paths for a page; those that are proven so far where it was interrupted."""
         return list(self._shown)
 
@@ -221,8 +221,8 @@ class Tradeoff(Result[SweepRecord]):
         )
 
     def page(self) -> str:
-        """The page as HTML text that needs nothing but a browser, whatever part of the trade-off is there."""
-        paths, beta, message = self.shown_paths(), 0.5 if self.complete else 0.0, self.outcome.value
+        """Return the page as HTML text that needs nothing but a browser, also of an incomplete trade-off."""
+        paths, beta, message = self.page_paths(), 0.5 if self.complete else 0.0, self.outcome.value
         if self.outcome is Outcome.SOLVED:
             message = f"{len(paths)} paths of this roadmap, each optimal in its interval of β."
             message = message if len(paths) > 1 else "One path of this roadmap is optimal for every β."
@@ -241,7 +241,7 @@ class Tradeoff(Result[SweepRecord]):
         return page.html()
 
     def files(self, folder: Path) -> Sequence[str]:
-        """All files that are written, and the motions of an earlier sweep in ``folder``, which go."""
+        """Return the names of all written files, and of an earlier sweep's motions in ``folder``."""
         there = sorted(path.name for path in folder.glob("trajectory-*.json"))
         old = [name for name in there if re.fullmatch(r"trajectory-\d+\.json", name)]
         return [*dict.fromkeys([*old, *self._motions]), *self.FILES]
@@ -261,9 +261,9 @@ class Tradeoff(Result[SweepRecord]):
 
 
 def add_intervals(draft: Tradeoff, clock: Stopwatch | None = None, progress: Progress = QUIET) -> Tradeoff:
-    """The trade-off with the intervals of its roadmap's paths, as far as they are proven until a stop is asked for.
+    """Return the trade-off with the proven intervals of its roadmap's paths, until a stop is requested.
 
-    A path that fails its second look is removed, and the search starts over.
+    A path that fails its recheck is removed, and the search starts again.
     """
     quality, clock = draft.request.quality, clock or Stopwatch()
     with clock("costs"):
@@ -306,7 +306,7 @@ def _run(piece: SupportInterval) -> gabf.CostToGo:
 def interval_numbers(
     known: Sequence[SupportInterval], paths: Sequence[Floats], robot: Robot, complete: bool
 ) -> list[IntervalNumbers]:
-    """What intervals measure, by the path (k, dof) of each; with shares where they are the ``whole`` front."""
+    """Return the measures of intervals by their paths (k, dof); with shares if the front is ``complete``."""
     costs = np.array([(piece.support.manipulability, piece.support.distance) for piece in known]).reshape(-1, 2)
     shares = front_shares(costs).tolist() if complete else [(None, None)] * len(known)
     return [

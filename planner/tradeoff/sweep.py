@@ -1,4 +1,4 @@
-"""The exact trade-off: every path that some beta makes optimal on one roadmap, with the betas it is optimal for."""
+"""The exact trade-off: every path that is optimal at some beta on one roadmap, with its betas."""
 
 from dataclasses import replace
 from typing import Any
@@ -31,17 +31,16 @@ def sweep(
     progress: Progress = QUIET,
     **options: Any,
 ) -> Tradeoff:
-    """The whole trade-off between manipulability and distance, on a roadmap that is obtained once.
+    """Return the whole trade-off between manipulability and distance, on one roadmap.
 
         sweep("panda", "shelf", seed=3).at(0.2)
 
-    ``options`` are those of :class:`SweepRequest`, all else is as of :func:`planner.plan`; an objective's beta stays
-    its default.
-    Every path is checked again at every 1 mm of motion, as a plan's is; a path that fails is removed and the sweep
-    restarts. Each becomes a motion in ``timing``, for the beta in the middle of its interval; with None it stays a
-    path. ``progress`` is called with (stage, done, total), for stage "beta" with the per cent of [0, 1] that are
-    settled; once it is asked to stop the sweep ends soon after and returns the intervals that are proven, with
-    ``Outcome.INTERRUPTED``. Raises :class:`PlannerError` for unusable input.
+    ``options`` are those of :class:`SweepRequest`, all else is as in :func:`planner.plan`; an objective's beta stays
+    its default. Every path is checked again at every 1 mm of motion, as a plan's is; a path that fails is removed and
+    the sweep restarts. Each becomes a motion in ``timing``, for the beta in the middle of its interval; with None it
+    stays a path. ``progress`` is called with (stage, done, total), for stage "beta" with the settled per cent of [0,
+    1]; once a stop is requested the sweep ends soon and returns the proven intervals, with ``Outcome.INTERRUPTED``.
+    Raises :class:`PlannerError` for unusable input.
     """
     request = build_request(request or SweepRequest(), objective, options, robot, scene)
     clock = Stopwatch()
@@ -53,26 +52,26 @@ def sweep(
     with clock("improve"):
         roadmap, clearance, _ = improve_for_all_betas(roadmap, query.checker, request.quality, progress)
     begun = {"clearance": clearance, "end_notes": query.end_notes}
-    found = Tradeoff(request, Outcome.INTERRUPTED, query.checker, roadmap, **begun)
+    result = Tradeoff(request, Outcome.INTERRUPTED, query.checker, roadmap, **begun)
     if not progress.stopped:
-        found = add_intervals(found, clock, progress)
-    intervals = [replace(item, goal=query.goal_at(item.path[-1])) for item in found.intervals]
+        result = add_intervals(result, clock, progress)
+    intervals = [replace(item, goal=query.goal_at(item.path[-1])) for item in result.intervals]
     for k, item in enumerate(intervals):
         if progress.stopped:
-            found = replace(found, outcome=Outcome.INTERRUPTED)
+            result = replace(result, outcome=Outcome.INTERRUPTED)
             break
-        plan = found.plan_along(item, item.beta)
+        plan = result.plan_along(item, item.beta)
         if timing is not None:
             with clock("timing"):
                 plan = replace(plan, trajectory=time_plan(plan, timing, limits))
         with clock("measures"):
-            intervals[k] = _in_motion(item, plan)
+            intervals[k] = _add_motion(item, plan)
         progress("timing", k + 1, len(intervals))
-    return replace(found, intervals=tuple(intervals), timings=clock.seconds)
+    return replace(result, intervals=tuple(intervals), timings=clock.seconds)
 
 
-def _in_motion(item: Interval, plan: Plan) -> Interval:
-    """The interval with the motion of a plan along its path, its duration and the smallest clearance of both."""
+def _add_motion(item: Interval, plan: Plan) -> Interval:
+    """Return the interval with the motion of a plan along its path, its duration and smallest clearance."""
     motion, near = plan.trajectory, plan.clearance
     assert near is not None  # there is a path
     least = min((each.min for each in (near.path, near.motion) if each is not None), default=None)
@@ -80,18 +79,18 @@ def _in_motion(item: Interval, plan: Plan) -> Interval:
 
 
 def add_alternatives(plan: Plan, progress: Progress = QUIET) -> Plan:
-    """The plan with the paths that every other beta would choose on its network, for its page; a search of its own.
+    """Return the plan with the paths of every other beta on its network, for its page.
 
-    One path for every interval of beta, sorted; none where the search was stopped. They consist of proven edges and
-    keep to the plan's floor, and are not checked a second time. Their fields are the oracle's, which the dynamics would
-    settle at. Where obstacles move there are none: no beta chooses among motions in time.
+    One path for every interval of beta, sorted; none if the search was stopped. They consist of proven edges and stay
+    above the plan's floor, without a second check. Their fields are the oracle's. Where obstacles move there are none:
+    no beta chooses among motions in time.
     """
     if plan.layered is None or plan.cost is None or plan.scene.moving:
         return plan
     clock = Stopwatch()
     with clock("alternatives"):
-        found = _paths_for_every_beta(plan, plan.layered, progress)
-    return replace(plan, alternatives=found, timings=plan.timings | clock.seconds)
+        alternatives = _paths_for_every_beta(plan, plan.layered, progress)
+    return replace(plan, alternatives=alternatives, timings=plan.timings | clock.seconds)
 
 
 def _paths_for_every_beta(plan: Plan, layered: LayeredNetwork, progress: Progress) -> tuple[ShownPath, ...]:

@@ -139,12 +139,12 @@ class RuleFacts:
 def measure_rule(graph: GridGraph, stages: tuple[Stage, ...]) -> RuleFacts:
     """Compare the updates of all pairs of arcs, and look for a weight outside (0, 1)."""
     ones, zeros = np.ones_like(graph.d), np.zeros_like(graph.d)
-    level = HEBBIAN.update_unbounded(zeros, ones, ones, graph.d)
-    update = HEBBIAN.update_unbounded(zeros, *activities(stages[0]), graph.d)
+    level = HEBBIAN.update_without_bounds(zeros, ones, ones, graph.d)
+    update = HEBBIAN.update_without_bounds(zeros, *activities(stages[0]), graph.d)
     one, other = np.triu_indices(graph.d.size, 1)
     differ = graph.d[one] != graph.d[other]
     shorter = np.sign(graph.d[other] - graph.d[one])[differ]
-    free = [HEBBIAN.update_unbounded(stage.wbar, *activities(stage), graph.d) for stage in stages[:-1]]
+    free = [HEBBIAN.update_without_bounds(stage.wbar, *activities(stage), graph.d) for stage in stages[:-1]]
     outside = [k for k, weights in enumerate(free, start=1) if not ((weights > 0.0) & (weights < 1.0)).all()]
     return RuleFacts(
         equal_activity=bool((shorter * (level[one] - level[other])[differ] > 0.0).all()),

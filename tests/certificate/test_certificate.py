@@ -69,7 +69,7 @@ def test_a_motion_is_certified_and_its_limits_are_judged(tmp_path: Path) -> None
     checker = make_post()
     motion = time_path(AROUND, checker)
     certificate = make_motion_certificate(checker, motion)
-    assert certificate.whole
+    assert certificate.is_complete
     assert len(certificate.arrays["clock"]) == len(motion.times)
     folder, _ = folder_of(tmp_path / "out", checker, AROUND, motion)
     assert "velocity, acceleration, jerk" in verify_proof.check(folder)
@@ -112,10 +112,10 @@ def test_a_mesh_with_dents_is_cut_into_slabs_where_its_hull_is_too_close(tmp_pat
     checker = make_checker(load("planar_2r"), Scene("notch", (Obstacle("walls", mesh, pose([0.8, 0, 0])),)))
     folder, certificate = folder_of(tmp_path / "out", checker, np.array([[0.0, 0.0], [0.05, 0.0]]))
     assert certificate.meta["cuts"] == {"walls": 8}
-    assert certificate.whole
+    assert certificate.is_complete
     assert "Robot, scene" in verify(folder, checker.world)
     _, certificate = folder_of(tmp_path / "out", checker, np.array([[0.0, 0.0], [0.6, 0.0]]))
-    assert not certificate.whole
+    assert not certificate.is_complete
     assert all("walls" in second for _, second in certificate.open_pairs)
     with pytest.raises(Refused, match=r"'walls, slab \d+' are not proven apart"):
         verify_proof.check(folder)
@@ -147,7 +147,7 @@ def test_pieces_of_meshes_are_certified_and_said_not_to_be_compared(tmp_path: Pa
     checker = make_checker(Robot.load(UR3), Scene("none"))
     path = np.array([[0.0, -1.2, 1.2, -1.5, -1.5, 0.0], [0.2, -1.1, 1.1, -1.4, -1.5, 0.2]])
     folder, certificate = folder_of(tmp_path / "out", checker, path)
-    assert certificate.whole
+    assert certificate.is_complete
     assert any("piece 2" in name for name in certificate.meta["items"])
     said = verify_proof.check(folder, Path(UR3))
     assert "meshes not found, cut or of another kind: " in said
@@ -171,10 +171,10 @@ def test_joints_that_slide_or_turn_for_good_are_certified(tmp_path: Path) -> Non
     checker = make_checker(Robot.load(urdf), scene, margin=0.01)
     path = np.array([[0.0, 0.3], [1.0, 0.0], [2.1, 0.1], [9.0, 0.05]])
     folder, certificate = folder_of(tmp_path / "out", checker, path)
-    assert certificate.whole
+    assert certificate.is_complete
     assert "Joints and shapes" in verify_proof.check(folder, urdf)
     case = Case.from_folder(folder)
     near = closest(case.data, 300, np.random.default_rng(0), 1.0)
     assert near > 0.01
     assert not case.accepts({**case.data, "margin": np.array(near + 1e-6)}, case.meta)
-    assert not make_certificate(checker, np.array([[0.0, 0.3], [2.1, 0.3]])).whole
+    assert not make_certificate(checker, np.array([[0.0, 0.3], [2.1, 0.3]])).is_complete

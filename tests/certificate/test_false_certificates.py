@@ -29,7 +29,7 @@ STRETCHED = np.array([[0.0, 0.0]])
 def case_of(folder: Path, checker: CollisionChecker, path: np.ndarray = AROUND, timed: bool = False) -> Case:
     """A certificate that is true, to be changed."""
     made, certificate = folder_of(folder / "out", checker, path, time_path(path, checker) if timed else None)
-    assert certificate.whole
+    assert certificate.is_complete
     verify_proof.check(made)
     return Case.from_folder(made)
 

@@ -29,7 +29,7 @@ def cases(tmp_path_factory: pytest.TempPathFactory) -> list[Case]:
     made = []
     for name, moved in (("path", None), ("motion", motion)):
         folder, certificate = folder_of(tmp_path_factory.mktemp(name), checker, AROUND, moved)
-        assert certificate.whole
+        assert certificate.is_complete
         made.append(Case.from_folder(folder))
     return made
 

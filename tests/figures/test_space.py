@@ -10,7 +10,7 @@ from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
 
 from planner import figures, gabf
-from planner.figures.space import blocked_grid, determinant_grid
+from planner.figures.space import collision_grid, determinant_grid
 from planner.search.network import build_network
 from tests import worlds
 from tests.coal_judge import CoalWorld
@@ -52,5 +52,5 @@ def test_the_blocked_region_and_the_singular_line_are_where_they_are() -> None:
     coal = CoalWorld(checker.world)
     truth = [[coal.distances(np.array([p, q])).min() <= 0 for q in second] for p in first]
     assert 0 < np.sum(truth) < 81
-    assert np.array_equal(blocked_grid(checker, first, second), truth)
+    assert np.array_equal(collision_grid(checker, first, second), truth)
     assert determinant_grid(robot, first, second) == pytest.approx(np.tile(0.2 * np.sin(second), (9, 1)), abs=1e-12)

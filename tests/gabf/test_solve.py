@@ -6,7 +6,7 @@ import pytest
 from planner import gabf
 from planner.base.errors import AssumptionError, OptionError
 from planner.gabf.problem import reduce_network
-from planner.gabf.solve import require_rooted
+from planner.gabf.solve import require_roots
 
 from .networks import from_arcs, scattered, solve
 
@@ -90,6 +90,6 @@ def test_a_residual_of_zero_without_a_root_is_no_solution():
     """Two nodes that hold each other at a value beside which the cost of an arc vanishes."""
     net = from_arcs(3, [(1, 0, 1.0), (1, 2, 1e-9), (2, 1, 1e-9)])
     problem = reduce_network(net)
-    require_rooted(problem, problem.pack(gabf.oracle(net)))
+    require_roots(problem, problem.pack(gabf.oracle(net)))
     with pytest.raises(AssumptionError, match="stuck at -1e\\+10"):
-        require_rooted(problem, problem.pack(np.array([0.0, -1e10, -1e10])))
+        require_roots(problem, problem.pack(np.array([0.0, -1e10, -1e10])))

@@ -5,7 +5,7 @@ import pytest
 
 from planner import gabf
 from planner.gabf.problem import reduce_network
-from planner.gabf.splitting import Parents, parents_of, run
+from planner.gabf.splitting import Parents, make_parents, run
 
 from . import judge
 from .networks import chain, scattered, solve
@@ -47,7 +47,7 @@ def test_one_node_settles_when_its_scalar_equation_says(law):
 def test_large_steps_are_sweeps_of_bellman_and_ford():
     """Forty of them take forty nodes to the fixed point, as value iteration does."""
     problem = reduce_network(NET)
-    parents = parents_of(problem, gabf.Nominal().flow)
+    parents = make_parents(problem, gabf.Nominal().flow)
     here = parents.state(problem.pack(np.full(40, 50.0)))
     for _ in range(40):
         here, _ = parents.step(here, 1e6, 1.0)
@@ -83,7 +83,7 @@ def test_a_compiled_step_is_that_of_any_kernel(kernel):
     problem = reduce_network(scattered(300, seed=1, kernel=kernel))
     y = problem.pack(np.random.default_rng(0).uniform(0, 0.9, 300))
     flow = gabf.SingularityFree().flow
-    compiled, plain = parents_of(problem, flow), Parents(problem, flow)
+    compiled, plain = make_parents(problem, flow), Parents(problem, flow)
     pairs = list(zip(compiled.state(y), plain.state(y), strict=True))
     at = plain.state(y)
     ours, theirs = (parents.step(at, 0.1, 1.0) for parents in (compiled, plain))

@@ -14,7 +14,7 @@ from planner.collision.edge_prover import EdgeProver
 from planner.collision.recheck import sample_segment
 from planner.kinematics.manipulability import manipulability
 from planner.roadmap.build import build_roadmap
-from planner.roadmap.connect_endpoints import attach, bridges
+from planner.roadmap.connect_endpoints import attach, grow_bridges
 from planner.roadmap.connections import NEIGHBOURS
 from planner.roadmap.grow import GrowthSettings
 from planner.roadmap.roadmap import edge_motions
@@ -138,7 +138,7 @@ def test_it_grows_where_it_must(least, caplog):
 
 
 def test_one_reachable_goal_of_several_is_enough(monkeypatch):
-    monkeypatch.setattr("planner.roadmap.connect_endpoints.bridges", lambda *_, **__: pytest.fail("grown"))
+    monkeypatch.setattr("planner.roadmap.connect_endpoints.grow_bridges", lambda *_, **__: pytest.fail("grown"))
     monkeypatch.setattr("planner.roadmap.connect_endpoints.prove_straight_paths", lambda *_: [])
     old = around_the_post()
     apart = [np.linalg.norm(old.nodes - q, axis=1) for q in (Q, OTHER)]
@@ -205,7 +205,7 @@ def assert_bridge(path: np.ndarray, part: np.ndarray, other: np.ndarray, prover:
 def test_where_nothing_is_in_the_way_the_nearest_pair_is_among_them(sizes: tuple[int, int]) -> None:
     prover = EdgeProver(checker_of("planar_2r"))
     part, other = (random_q(prover.robot, size, seed) for seed, size in enumerate(sizes))
-    found = bridges(prover, part, other)
+    found = grow_bridges(prover, part, other)
     apart = np.linalg.norm(part[:, None] - other[None], axis=2)
     i, k = np.unravel_index(np.argmin(apart), apart.shape)
     np.testing.assert_array_equal(found[0][[0, -1]], [part[i], other[k]])
@@ -218,6 +218,6 @@ def test_without_a_way_there_is_none() -> None:
     walls = [(Box((0.3, 0.02, 0.2)), pose([0.28, y, 0])) for y in (-0.12, 0.12)]
     shut = EdgeProver(make_checker(load("planar_2r"), scene_of(*walls)))
     part, other = np.array([[1.2, 0.5]]), np.array([[0.0, 0.0]])
-    assert bridges(shut, part, other, settings=GrowthSettings(join_motions=300)) == []
-    assert bridges(shut, part, other[:0]) == []
-    assert bridges(shut, part, other, progress=Progress(stop=lambda: True)) == []
+    assert grow_bridges(shut, part, other, settings=GrowthSettings(join_motions=300)) == []
+    assert grow_bridges(shut, part, other[:0]) == []
+    assert grow_bridges(shut, part, other, progress=Progress(stop=lambda: True)) == []

@@ -93,10 +93,10 @@ def test_nothing_is_claimed_for_what_cannot_be_proven():
 def test_motions_with_a_floor_refuse_what_dips() -> None:
     robot, prover = load("planar_2r"), EdgeProver(checker_of("planar_2r"))
     a, through_straight = np.array([0.0, 0.8]), np.array([0.0, -1.6])
-    assert MotionChecker(prover).proven(a, through_straight)
-    assert not MotionChecker(prover, 0.01).proven(a, through_straight)
-    assert MotionChecker(prover, 0.01).proven(a, np.array([1.0, 0.3]))
-    assert not MotionChecker(prover, 0.01).sampling_check(0.05)(a, through_straight)
+    assert MotionChecker(prover).is_proven(a, through_straight)
+    assert not MotionChecker(prover, 0.01).is_proven(a, through_straight)
+    assert MotionChecker(prover, 0.01).is_proven(a, np.array([1.0, 0.3]))
+    assert not MotionChecker(prover, 0.01).make_state_check(0.05)(a, through_straight)
     assert manipulability(robot, a[None])[0] > 0.01
 
 
@@ -118,7 +118,7 @@ def test_what_looks_free_may_touch_and_what_is_proven_does_not() -> None:
     """Of random motions past the post, by coal every millimetre: proven ones are free, sampled ones nearly all."""
     checker = make_post()
     motions, rng = MotionChecker(EdgeProver(checker)), np.random.default_rng(0)
-    looks = motions.sampling_check(0.05)
+    looks = motions.make_state_check(0.05)
     starts = [q for q in rng.uniform(-2.5, 2.5, size=(60, 2)) if is_free(checker, q)]
     verdicts = []
     for q in starts:
@@ -126,7 +126,7 @@ def test_what_looks_free_may_touch_and_what_is_proven_does_not() -> None:
         if (np.abs(q + delta) > 2.8).any():
             continue
         truth = sample_segment(second_checker(checker), q, delta, 1e-3) is None
-        verdicts.append((truth, motions.proven(q, delta), looks(q, delta)))
+        verdicts.append((truth, motions.is_proven(q, delta), looks(q, delta)))
     assert {truth for truth, _, _ in verdicts} == {True, False}
     for truth, proven, looked in verdicts:
         assert truth or not proven

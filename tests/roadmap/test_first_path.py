@@ -56,7 +56,7 @@ def test_a_narrow_passage_takes_few_motions() -> None:
         searched = FirstPathSearch(motions, settings, np.random.default_rng(seed))
         assert searched.join(query.starts, query.goals) is not None
         few += searched.checked
-        look, space = motions.sampling_check(0.05), JointSpace.from_robot(query.robot)
+        look, space = motions.make_state_check(0.05), JointSpace.from_robot(query.robot)
         with TreePlanners(space, look, np.random.default_rng(seed)) as planners:
             planners.rrt_connect(query.starts, query.goals, settings.range, settings.motions)
         many += planners.checked
@@ -112,14 +112,14 @@ def test_it_holds_what_a_path_of_that_length_may_pass(name: str) -> None:
         far = np.linalg.norm(ray - starts[0], axis=1) + np.linalg.norm(ray - goals[0], axis=1)
         inside = far <= longest
         ends.append(ray[inside][-1])
-        assert within.holds(ends[-1].tolist())
+        assert within.contains(ends[-1].tolist())
     lower, upper = within.space.lower, within.space.upper
     turns = robot.continuous
     assert (((np.array(ends) >= lower - 1e-9) & (np.array(ends) <= upper + 1e-9)) | turns).all()
     around = 0.5 * longest + 0.1
     box = middle + rng.uniform(-around, around, (2000, robot.dof))
     expected = np.linalg.norm(box[:, None] - starts, axis=2).min(axis=1) + np.linalg.norm(box - goals[0], axis=1)
-    assert [within.holds(q) for q in box.tolist()] == (expected <= longest).tolist()
+    assert [within.contains(q) for q in box.tolist()] == (expected <= longest).tolist()
     held = box[expected <= longest]
     assert (((held >= lower) & (held <= upper)) | turns).all()
 

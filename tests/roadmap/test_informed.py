@@ -6,7 +6,7 @@ import pytest
 from planner.collision.edge_prover import EdgeProver
 from planner.cost.motion_cost import MotionCost
 from planner.problem.request import Objective
-from planner.roadmap.informed import LazyRoadmap, informed_samples
+from planner.roadmap.informed import LazyRoadmap, sample_informed_set
 from planner.roadmap.refine import PathRefiner
 from tests.worlds import POST_GOAL, POST_START, checker_of, load, make_post, post_roadmap
 
@@ -20,7 +20,7 @@ def test_samples_lie_where_a_joint_turns_the_other_way(turned: float) -> None:
     refiner = PathRefiner(EdgeProver(checker_of("kinova")), MotionCost(robot, scale, Objective(1.0)))
     rate, longest = 1.0 / scale.joint_length, np.linalg.norm(np.diff(path, axis=0), axis=1).sum()
     drawn = np.vstack(
-        [informed_samples(refiner, path, rate, np.random.default_rng(k), 400)[-100:] for k in range(10)]
+        [sample_informed_set(refiner, path, rate, np.random.default_rng(k), 400)[-100:] for k in range(10)]
     )  # the last quarter is that of the informed set
     near = [np.linalg.norm(robot.difference(drawn, end), axis=1) for end in path[[0, -1]]]
     assert (near[0] + near[1]).max() <= longest + 1e-9

@@ -13,7 +13,7 @@ from planner.kinematics.forward import tool_positions
 from planner.kinematics.manipulability import manipulability
 from planner.roadmap.build import build_roadmap
 from planner.roadmap.connect_endpoints import attach
-from planner.roadmap.measure import check_nodes, measure_edges, unchecked
+from planner.roadmap.measure import check_nodes, measure_edges
 from planner.robot.scene import Scene
 from tests.worlds import load, make_post, post_roadmap, small_plan
 
@@ -75,7 +75,7 @@ def test_the_library_that_was_asked_for_checks_every_node(backend: str) -> None:
 
 
 def test_a_node_that_the_library_refuses_is_left_out_and_said(caplog: pytest.LogCaptureFixture) -> None:
-    roadmap = replace(post_roadmap(), checked_by=unchecked(60))
+    roadmap = replace(post_roadmap(), checked_by=np.zeros(60, dtype=np.int8))
     limit = float(np.sort(np.delete(roadmap.nodes[:, 0], [0, 1]))[-3])
     checker = Strict(make_post(), limit)
     with caplog.at_level(logging.WARNING):

@@ -15,7 +15,7 @@ from planner.kinematics.manipulability import manipulability
 from planner.problem.request import PlanRequest
 from planner.query.query import make_query
 from planner.roadmap.build import build_roadmap
-from planner.roadmap.load_or_build import load_or_build_roadmap, reprove, reprove_if_needed
+from planner.roadmap.load_or_build import load_or_build_roadmap, reprove, reprove_in_other_world
 from planner.roadmap.storage import same_world, save_roadmap
 from planner.robot.poses import pose
 from planner.robot.robot import Robot, with_carried
@@ -104,10 +104,10 @@ def test_edges_that_are_kept_are_free_in_coals_opinion_and_those_dropped_are_not
 
 
 def test_in_its_own_world_it_stays_as_it_is_and_elsewhere_a_message_counts_edges(caplog):
-    assert reprove_if_needed(OLD, make_post()) is OLD
+    assert reprove_in_other_world(OLD, make_post()) is OLD
     assert caplog.text == ""
     with caplog.at_level(logging.DEBUG, "planner.notes"):
-        part = reprove_if_needed(OLD, WORLDS["added"]())
+        part = reprove_in_other_world(OLD, WORLDS["added"]())
     assert f"{len(part.edges)} of {len(OLD.edges)} hold" in caplog.text
 
 
@@ -129,7 +129,7 @@ def test_where_w_has_other_rows_it_is_measured_again():
     other = replace(robot, jacobian_rows="pose" if robot.jacobian_rows != "pose" else "translation")
     checker = make_checker(other, make_post().world.scene)
     assert not same_world(OLD, checker)
-    part = reprove_if_needed(OLD, checker)
+    part = reprove_in_other_world(OLD, checker)
     assert len(part.edges) == len(OLD.edges)
     np.testing.assert_allclose(part.manipulability, manipulability(other, part.nodes), rtol=1e-9)
 

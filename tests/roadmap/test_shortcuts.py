@@ -20,7 +20,7 @@ from planner.roadmap.shortcuts import (
     BETAS,
     DraftRoadmap,
     _best_paths,
-    _cheaper,
+    _find_shortcuts,
     add_refined_paths,
     prove_shortcuts,
     prove_straight_paths,
@@ -93,7 +93,7 @@ def test_the_way_is_the_cheapest_of_all_that_is_proven(beta):
         path = roadmap.nodes[nodes]
         i, j = np.triu_indices(len(path), 1)
         price = cost(path[i], path[j])
-        found = _cheaper(prover, path, price)
+        found = _find_shortcuts(prover, path, price)
         usable = (j == i + 1) | prover.free(path[i], path[j] - path[i])
         graph = csr_matrix((price[usable], (i[usable], j[usable])), shape=(len(path), len(path)))
         of = dict(zip(zip(i.tolist(), j.tolist(), strict=True), price.tolist(), strict=True))

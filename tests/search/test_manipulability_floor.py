@@ -17,7 +17,7 @@ from planner.planning.plan import plan
 from planner.problem.outcome import Outcome
 from planner.problem.request import Objective, PlanRequest
 from planner.roadmap.roadmap import Roadmap
-from planner.search.manipulability_floor import find_violation, highest_floor, layered_network
+from planner.search.manipulability_floor import build_layers, find_violation, highest_floor
 from planner.search.network import build_network, edge_rows
 from planner.trajectory.measure import dense_path
 from tests.random_shapes import QUICK
@@ -89,7 +89,7 @@ def ways(roadmap: Roadmap) -> list[tuple[int, ...]]:
 def test_the_best_path_above_a_floor_is_that_of_brute_force(seed: int) -> None:
     roadmap, floor = invented(seed), 0.5
     network = build_network(roadmap, Objective(cost_integration="nodes"))
-    layered = layered_network(roadmap, network, floor)
+    layered = build_layers(roadmap, network, floor)
     omega, weight = network.node_cost, network.weight
 
     def cost(way: tuple[int, ...]) -> float:

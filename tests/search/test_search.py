@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from planner import gabf
 from planner.search.network import build_network
-from planner.search.search import Found, RoadmapPaths, make_recheck, search
+from planner.search.search import RoadmapPaths, SearchResult, make_recheck, search
 from tests.random_shapes import QUICK
 from tests.search.failing import collide
 from tests.worlds import make_post, post_roadmap
@@ -34,7 +34,7 @@ class Graph:
     def network(self) -> gabf.Network:
         return self.whole.without_arcs(np.flatnonzero(self.gone))
 
-    def holds(self, steps: np.ndarray) -> bool:
+    def prove_path(self, steps: np.ndarray) -> bool:
         arcs = self.whole.arcs_along(steps)
         failed = arcs[self.bad[arcs]]
         self.gone[failed[:1]] = True
@@ -43,7 +43,7 @@ class Graph:
         return not len(failed)
 
 
-def cost_of(graph: Graph, found: Found) -> float:
+def cost_of(graph: Graph, found: SearchResult) -> float:
     return float(graph.whole.weight[graph.whole.arcs_along(found.steps)].sum())
 
 
@@ -91,4 +91,4 @@ def test_an_edge_that_passed_a_second_look_is_not_checked_again(monkeypatch: pyt
     monkeypatch.setattr(
         "planner.search.search.recheck_pieces", lambda checker, pieces, progress: pytest.fail(f"{len(pieces)} more")
     )
-    assert post_paths(seen=seen).holds(steps[::-1])
+    assert post_paths(seen=seen).prove_path(steps[::-1])

@@ -23,7 +23,7 @@ def assert_same(mine: list[ShownPath], theirs: list[ShownPath]) -> None:
 
 
 def test_a_plan_and_a_sweep_show_the_same_paths(made: Plan, tradeoff: Tradeoff) -> None:
-    (mine, current), theirs = made.shown_paths(), tradeoff.shown_paths()
+    (mine, current), theirs = made.page_paths(), tradeoff.page_paths()
     assert len(mine) >= 4
     assert_same(mine, theirs)
     assert mine[current].path is made.path
