@@ -31,7 +31,7 @@ def test_budgets_end_a_run():
     assert solve(NET, max_steps=0).steps == 0
     with pytest.raises(OptionError, match="must be positive"):
         solve(NET, settle_tolerance=0)
-    with pytest.raises(OptionError, match="not negative"):
+    with pytest.raises(OptionError, match="at least 0"):
         solve(NET, max_steps=-1)
 
 

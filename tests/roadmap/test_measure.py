@@ -86,7 +86,7 @@ def test_a_node_that_the_library_refuses_is_left_out_and_said(caplog: pytest.Log
     assert (left.nodes[:, 0] <= limit).all()
     assert len(left.edges) == int((roadmap.nodes[roadmap.edges, 0] <= limit).all(axis=1).sum())
     assert len(caplog.messages) == refused
-    assert all("node left out: fcl says that 'link_2' and 'post' touch there" in text for text in caplog.messages)
+    assert all("node removed: by fcl, 'link_2' and 'post' touch there" in text for text in caplog.messages)
     assert left.nodes_checked["fcl"] == len(left.nodes)
 
 

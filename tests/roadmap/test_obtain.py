@@ -145,5 +145,5 @@ def test_once_stopped_the_rest_is_dropped_as_unproven():
 def test_other_joints_or_no_node_left_are_refused():
     with pytest.raises(FileError, match=r"is for joints .*: build one for this robot"):
         reprove(OLD, make_checker(load("ur5"), Scene("none")))
-    with pytest.raises(FileError, match="no configuration of the roadmap is free"):
+    with pytest.raises(FileError, match="no node of the roadmap is free"):
         reprove(OLD, made(all=(Sphere(9.0), pose([0, 0, 0]))))

@@ -75,7 +75,7 @@ def test_other_files_and_versions_are_refused(tmp_path, monkeypatch):
         load_roadmap(tmp_path)
     (tmp_path / "text.npz").write_text("# a page")
     with pytest.raises(
-        FileError, match=r"text\.npz is damaged or no roadmap \(it is no \.npz archive\): build it again"
+        FileError, match=r"text\.npz is damaged or no roadmap \(the file is not an \.npz archive\): build it again"
     ):
         load_roadmap(tmp_path / "text.npz")
     np.savez(tmp_path / "other.npz", a=np.zeros(3))
@@ -102,7 +102,7 @@ def test_a_plans_world_is_the_one_that_its_roadmap_was_proven_in(tmp_path: Path)
     for other in ({"scene": "empty"}, {"margin": 0.02}, {"base": "0,0,1"}):
         with pytest.raises(FileError, match=r"was proven for another robot or scene than its plan\.json names"):
             reopen_plan(config | other, file)
-    with pytest.raises(FileError, match=r"options in the plan.json next to .* are not valid"):
+    with pytest.raises(FileError, match=r"options in the plan.json next to .* are invalid"):
         reopen_plan(config | {"margin": "wide"}, file)
 
 

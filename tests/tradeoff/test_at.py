@@ -82,7 +82,7 @@ def test_where_two_intervals_meet_the_shorter_path_is_taken(swept: Tradeoff) -> 
         found = swept.at(left.beta_max)
         np.testing.assert_array_equal(found.path, right.path)
         assert right.distance_cost < left.distance_cost
-        assert "the shorter one is taken" in found.record.notes[-1]
+        assert "takes the shorter one" in found.record.notes[-1]
         assert found.cost is not None
         assert found.cost.total == pytest.approx(left.at(left.beta_max), rel=1e-9)
     assert not any(swept.at(beta).end_notes for beta in (0.0, 0.001, 1.0))

@@ -138,5 +138,5 @@ def test_arc_costs_are_what_the_kernel_charges() -> None:
             at_beta(network, 0.25).arcs(np.zeros(network.n_arcs)), 0.75 * graph.costs[:, 0] + 0.25 * graph.costs[:, 1]
         )
     plain = gabf.Network(graph.indptr, graph.heads, graph.costs[:, 1], graph.goals, kernel=gabf.Additive())
-    with pytest.raises(AssumptionError, match="Additive has no beta: take TradeOff or EdgeIntegral"):
+    with pytest.raises(AssumptionError, match="the kernel must be TradeOff or EdgeIntegral, got Additive"):
         at_beta(plain, 0.5)
