@@ -190,7 +190,7 @@ class PathConstraints:
 
     @cached_property
     def _native(self) -> NativeConstraints:
-        """The same in the compiled library, which says what is to spare, and projects."""
+        """The compiled constraints."""
         groups, pieces = self._groups, [piece for group in self._groups for piece in group.pieces]
         none = np.zeros((0, 4, 4)), np.zeros((0, 12)), np.zeros(0)
         return NativeConstraints(
@@ -235,8 +235,8 @@ class PathConstraints:
         return self._native.proven(coefficients, self._rates, FORGIVEN, _FINEST)
 
     @cached_property
-    def _bounds(self) -> tuple[Floats, Floats, Floats, Floats, Floats]:
-        """What ``NativeConstraints.proven`` asks of frames and pieces."""
+    def _rates(self) -> tuple[Floats, Floats, Floats, Floats, Floats]:
+        """Arguments of ``NativeConstraints.proven`` for frames and sets."""
         groups, dof = self._groups, self.robot.dof
         pieces = [piece for group in groups for piece in group.pieces]
         return (

@@ -14,7 +14,7 @@ import pytest
 
 from planner.base.interrupts import StopRequest, stop_requests
 from planner.native import compiled
-from planner.native.compiled import Charge, NativeBoxes, NativeChain, NativeConstraints, NativeWorld
+from planner.native.compiled import Charge, NativeChain, NativeConstraints, NativeWorld
 from planner.native.refinement import Descent, EvenStretches, ProofSettings, Step, descend, even_stretches
 from tests.native.sanitized import MODULE
 
@@ -59,12 +59,6 @@ BOUNDS = WORLD.bounds(np.ones((1, 1)), np.ones((1, 1)), np.zeros(1, dtype=bool))
 ALONG = np.array([[[-9e4], [18e4]]])  # a million samples and more
 ONE, NO, POINT = np.ones(1, dtype=np.int64), np.zeros(1, dtype=bool), np.zeros(3)
 MANY = 1_000_000
-
-
-def boxes(k: int) -> NativeBoxes:
-    frames = np.array([TURNS] * k), np.zeros((k, 3))
-    ones, nothing = np.ones(k, dtype=int), np.zeros(k, dtype=int)
-    return NativeBoxes(CHAIN, ones, np.ones((k, 3)), nothing, *frames, np.full((k, 3), 5.0), np.full((k, 3), 6.0))
 
 
 KEEPING = NativeConstraints(  # of what no position has: x >= 1e5
