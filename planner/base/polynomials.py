@@ -38,7 +38,7 @@ def part(coefficients: Floats, low: Floats, high: Floats) -> Floats:
 
 
 def powers(x: Floats, most: int) -> Floats:
-    """Return the powers (n, most + 1) of x (n,), as products: NumPy's ``**`` varies by processor."""
+    """Return the powers (n, most + 1) of x (n,), as products: ``**`` varies by processor."""
     return np.multiply.accumulate(np.column_stack([np.ones_like(x), *[x] * most]), axis=1)
 
 

@@ -1,4 +1,4 @@
-"""Cases measured at once, by processes of this machine (joblib's loky) or by the workers of a Dask cluster."""
+"""Parallel cases, by processes of this machine (joblib's loky) or by workers of a Dask cluster."""
 
 import concurrent.futures as cf
 import logging
@@ -29,11 +29,11 @@ _ONE_AT_A_TIME = threading.Lock()  # OMPL has one seed per process, and a Dask w
 def measure_cases(
     cases: Sequence[C], measure: Measure[C, T], workers: WorkersRequest, progress: Progress
 ) -> Iterator[tuple[int, T | None]]:
-    """Yield (index, ``measure(case, progress)``) as cases end, and (index, None) for a case that kills its worker.
+    """Yield (index, ``measure(case, progress)``) as cases end, (index, None) if a case kills its worker.
 
-    One job is a loop in this process; else all must be fit for pickling. After the death of a worker the cases that ran
-    are measured again, one at a time: the case whose worker dies again is to blame. Once ``progress`` is stopped no
-    case begins, and the workers of this machine end.
+    One job is a loop in this process; otherwise all arguments are pickled. After the death of a worker its cases run
+    again, one at a time: the case whose worker dies again is at fault. After a stop of ``progress`` no case begins, and
+    the workers of this machine end.
     """
     waiting = deque(enumerate(cases))
     if workers.serial:
@@ -50,7 +50,7 @@ def measure_cases(
 def _measure_at_once(
     waiting: deque[tuple[int, C]], measure: Measure[C, T], workers: WorkersRequest, progress: Progress
 ) -> Generator[tuple[int, T], None, list[tuple[int, C]]]:
-    """Yield the results until all are there or a worker dies; return the cases that ran when it died."""
+    """Yield the results until a worker dies or all are complete; return the cases that ran then."""
     running: dict[cf.Future[T], tuple[int, C]] = {}
     died: list[tuple[int, C]] = []
     call = partial(_call, measure, None if workers.workers else os.getpid())
@@ -72,7 +72,7 @@ def _measure_at_once(
 
 
 def _call(measure: Measure[C, T], parent: int | None, case: C) -> T:
-    """Measure a case in a worker. A worker of this machine stops when the process that started it has ended."""
+    """Measure a case in a worker; a worker of this machine stops when its parent process has ended."""
     with _ONE_AT_A_TIME:
         return measure(case, Progress(stop=lambda: parent not in (None, os.getppid())))
 
@@ -96,7 +96,7 @@ def _executor(workers: WorkersRequest, cases: int) -> Iterator[Executor]:
 
 @contextmanager
 def _cluster(address: str) -> Iterator[Executor]:
-    """Connect to a Dask scheduler. joblib's own backend for Dask never returns from a task that kills its worker."""
+    """Connect to a Dask scheduler; joblib's Dask backend hangs when a task kills its worker."""
     require_extra("distributed", "cluster")  # here, and where the workers are
     from distributed import Client, KilledWorker
     from distributed.comm.addressing import get_address_host_port

@@ -1,6 +1,6 @@
-"""``planner batch``: a row and a folder for each plan; a command that is repeated keeps the rows.
+"""``planner batch``: a row and a folder for each plan; a repeated command reuses the rows.
 
-The plans come out of a YAML or CSV file, or out of a folder of MoveIt's scenes and motion plan requests.
+The plans are in a YAML or CSV file, or in a folder of MoveIt's scenes and motion plan requests.
 """
 
 import csv
@@ -115,7 +115,7 @@ def _report(rows: Sequence[Row], asked: int, out: Path) -> str:
 
 
 def _load_row(task: Task, out: Path) -> Row | None:
-    """The row in the plan's folder, if planning would give it again."""
+    """Return the row in the plan's folder if options, files and software are the same; else None."""
     try:
         row = json.loads((out / task.name / ROW_NAME).read_text())
         same = row.items() >= task.asked.items()
@@ -133,7 +133,7 @@ def _write_row(task: Task, out: Path, results: Row) -> Row:
 
 
 def _measure_row(task: Task, progress: Progress, out: Path, pages: bool, time_limit: float) -> Row | None:
-    """Plan now, and write the folder; None where ``progress`` was stopped before the end."""
+    """Plan and write the folder; None if ``progress`` was stopped before the end."""
     begin, stops = time.perf_counter(), []
 
     def is_over() -> bool:
@@ -155,7 +155,7 @@ def _measure_row(task: Task, progress: Progress, out: Path, pages: bool, time_li
 
 
 def _plan(request: PlanRequest, progress: Progress, folder: Path, pages: bool) -> Row:
-    """The results of a plan, whose folder is written unless it was stopped. A refusal or a crash is a result too."""
+    """Return the results of a plan, a refusal or a crash; write its folder unless it was stopped."""
     try:
         found = plan(request=request, timing=None, progress=progress)
         if progress.stopped:
@@ -209,7 +209,7 @@ def read_plans(source: Path, plain: PlanRequest) -> list[Task]:
 
 
 def _problems(folder: Path) -> list[dict[str, Any]]:
-    """Paths are relative to the folder. The planner refuses a request without a scene, and names the scene."""
+    """Return the entries of a folder, whose paths are relative to it; a missing scene is refused later."""
     entries = []
     for path in sorted(map(Path, glob.glob("**/request*.y*ml", root_dir=folder, recursive=True))):
         number = path.stem.removeprefix("request")

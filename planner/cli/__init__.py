@@ -1,4 +1,4 @@
-"""The command line: typed functions are the commands, their docstrings the help; one file per subject."""
+"""The command line: typed functions are the commands, and their docstrings the help."""
 
 import logging
 import sys
@@ -20,14 +20,14 @@ def main() -> None:
 
 
 def run_and_exit(run: Callable[[list[str]], int]) -> NoReturn:
-    """End with the exit code of ``run(words)``; every expected error is one sentence on standard error and a code."""
+    """Exit with the code of ``run(words)``; an expected error is one sentence on standard error."""
     lines = logging.StreamHandler(sys.stderr)
     lines.setFormatter(logging.Formatter("planner: %(message)s"))
     logging.basicConfig(level=logging.WARNING, handlers=[lines])
     logging.getLogger(LOGGER).setLevel(logging.DEBUG)
     try:
         code = run(sys.argv[1:])
-    except BrokenPipeError:  # the reader of our output has gone, as `planner robots | head` does
+    except BrokenPipeError:  # `planner robots | head` closes our output
         release_output()
         code = 0
     except (PlannerError, MemoryError, ImportError, OSError, RuntimeError) as error:
@@ -41,14 +41,14 @@ def run_and_exit(run: Callable[[list[str]], int]) -> NoReturn:
 
 
 def _sentence(error: Exception) -> str | None:
-    """What to say of an error; of the system's own (no memory, a full disk) what to do about it; None for a bug."""
+    """Return the sentence of an error, with a remedy for errors of the system; None for a bug."""
     if isinstance(error, PlannerError):
         return str(error)
     if isinstance(error, ImportError):
-        return f"a library cannot be loaded ({error}): give this process more memory (ulimit -v), or install it again."
+        return f"a library cannot be loaded ({error}): install it again, or raise the memory limit (ulimit -v)."
     if isinstance(error, OSError):
         place = "" if error.filename is None else f" at {error.filename}"
-        return f"the system refused{place}: {error.strerror or error}; make room or choose another place."
+        return f"the system reports an error{place}: {error.strerror or error}; free space or choose another place."
     if isinstance(error, MemoryError) or "can't start new thread" in str(error):  # a thread wants 8 MiB
-        return "the memory does not suffice: ask for less, or give this process more (ulimit -v)."
+        return "the memory is exhausted: lower --nodes, or raise the memory limit (ulimit -v)."
     return None

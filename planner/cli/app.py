@@ -68,7 +68,7 @@ def _from_text(info: tyro.constructors.PrimitiveTypeInfo) -> tyro.constructors.P
 
 
 def run(words: Sequence[str]) -> int:
-    """Run the command that ``words`` name and return its exit code; help and wrong options exit the process."""
+    """Run the command in ``words`` and return its exit code; help and wrong options exit the process."""
     if list(words) == ["--version"]:
         from planner.base.resources import __version__
 
@@ -99,7 +99,7 @@ def _command(name: str) -> Any:
 
 
 def merge_options(words: Sequence[str]) -> list[str]:
-    """Return the words with all ``--goal`` joined in the place of the first one, and all ``--constraint`` too.
+    """Return the words with all ``--goal`` joined at the first one, and all ``--constraint`` too.
 
     Raises :class:`OptionError` for another option that is given twice, as the parser would take the last one, and for
     an empty word, as an empty folder would be the shell's own.

@@ -1,4 +1,4 @@
-"""``planner robots``, ``planner scenes`` and ``planner schema``: built-in names, and the contents of files."""
+"""``planner robots``, ``scenes`` and ``schema``: built-in robots and scenes, schemas of files."""
 
 import json as json_text
 import textwrap
@@ -60,7 +60,7 @@ def _list(records: list[dict[str, Any]], lines: Callable[[dict[str, Any]], list[
 
 
 def _robot_record(name: str) -> dict[str, Any]:
-    """A robot as plain data; units are rad, or m where a joint slides. Joints that turn freely have no limits."""
+    """Return a robot as plain data: rad, or m for slides; continuous joints have no limits."""
     from planner.robot.robot import Robot
 
     robot = Robot.load(name)
@@ -87,7 +87,7 @@ def _robot_lines(record: dict[str, Any]) -> list[str]:
 
 
 def _scene_record(name: str) -> dict[str, Any]:
-    """A scene as plain data; states by robot, each as --start and --goal take it."""
+    """Return a scene as plain data; states by robot, each as --start and --goal take it."""
     from planner.robot.scene import Scene
 
     scene = Scene.load(name)

@@ -94,7 +94,7 @@ class PlanOutput(FollowOutput):
 def run_and_save(
     find: Callable[[Progress], R], out: Path, certificate: bool = False, page: bool = True
 ) -> tuple[R, Any, str, int]:
-    """Find a result and write it into ``out``; return it, its record, a sentence with the files, and the exit code.
+    """Find a result and write it; return result, record, a sentence with the files, and exit code.
 
     After Ctrl-C the partial result is written without the page, and never over an earlier result.
     """
@@ -126,7 +126,7 @@ def report(record: RunRecord, title: str, ending: str, output: TaskOutput) -> No
 
 
 def seconds_text(seconds: dict[str, float], verbose: bool) -> str:
-    """The total of ``seconds`` per stage, and the stages: those above a tenth of it, or all where ``verbose``."""
+    """Return the total of ``seconds`` and the stages above a tenth of it, or all if ``verbose``."""
     total = seconds["total"]
     stages = {stage: value for stage, value in seconds.items() if stage != "total"}
     shown = [f"{stage} {value:.2f}" for stage, value in stages.items() if verbose or value > 0.1 * total]
@@ -138,7 +138,7 @@ def _files(result: Result[Any], place: Path) -> str:
 
 
 def record_of_plan(folder: Path) -> dict[str, Any]:
-    """Return the content of the plan.json, or sweep.json, in ``folder``; :class:`PlannerError` without a config."""
+    """Return the content of plan.json or sweep.json in ``folder``; :class:`PlannerError` without a config."""
     from planner.base.yamlfile import read_text
     from planner.planning.base_result import JSON_NAME
     from planner.tradeoff.record import SWEEP_NAME
@@ -161,7 +161,7 @@ def world_of_plan(folder: Path) -> CollisionChecker:
 
 
 def choose_folder(folder: Path, names: tuple[str, ...]) -> Path:
-    """Return ``folder`` if it has none of the files ``names``, else a new one inside it: no earlier result is lost."""
+    """Return ``folder`` if it has none of the files ``names``, else a new folder inside it."""
     return _first_free(folder, lambda name: folder / name, lambda place: any(os.path.isfile(place / n) for n in names))
 
 
@@ -176,5 +176,5 @@ def _first_free(place: Path, named: Callable[[str], Path], is_taken: Callable[[P
 
 
 def other_place(requested: Path, place: Path) -> str:
-    """Return the sentence for a result that went into another ``place`` than the ``requested`` one; else no text."""
+    """Return the sentence on a ``place`` that differs from the ``requested`` one; else an empty text."""
     return "" if place == requested else f". {requested} holds an earlier result, so this one is in {place}"

@@ -49,7 +49,7 @@ def export(
         trajectory, notes = _motion_at(folder, beta)
         stem = trajectory.stem
     elif os.path.isfile(trajectory / SWEEP_NAME) and not os.path.isfile(trajectory / TRAJECTORY_NAME):
-        raise FileError(f"{trajectory} holds a sweep, which has a motion for each interval of beta: give --beta.")
+        raise FileError(f"{trajectory} must be a plan or have a beta, got a sweep: give --beta.")
     place = out or folder / f"{stem}-{format}.{formats.SUFFIX[format]}"
     motion = Trajectory.load(trajectory)
     if rate is None and not motion.proven:
@@ -75,7 +75,7 @@ def export(
 
 
 def _motion_at(folder: Path, beta: float) -> tuple[Path, list[str]]:
-    """The file of the motion at ``beta`` in the folder of a sweep, and what is noted about its choice."""
+    """Return the file of the motion at ``beta`` in the folder of a sweep, and notes on the choice."""
     from planner.tradeoff.record import interval_at, range_text, read_sweep
 
     item, note = interval_at(read_sweep(folder).intervals, beta)
@@ -88,7 +88,7 @@ def _motion_at(folder: Path, beta: float) -> tuple[Path, list[str]]:
 
 
 def _on_grid(given: Trajectory, rate: float, folder: Path) -> tuple[Trajectory, str]:
-    """The trajectory on a grid, proven in the world of the plan in ``folder``, and what the grid changes in words."""
+    """Return the trajectory on a grid, proven in the world of ``folder``, and a sentence on the changes."""
     from planner.trajectory.export import deviation_from_curve, period_of, resample
     from planner.trajectory.limits import require_within_robot
     from planner.trajectory.proof import require_joints

@@ -1,4 +1,4 @@
-"""What the terminal shows: lines, tables, progress. The one place that prints."""
+"""Output on the terminal: lines, tables, progress bars. No other module prints."""
 
 import contextlib
 import os
@@ -21,29 +21,31 @@ from planner.base.interrupts import StopRequest
 from planner.base.progress import UNITS, Progress
 
 T = TypeVar("T")
-_OF_TEXT = "\n\t\x7f"  # the last one does nothing, and JSON that is printed may hold it
+_OF_TEXT = "\n\t\x7f"  # JSON may hold the last one, which does nothing
 
 
 def say(text: str) -> None:
-    """Text on standard output; what names and files bring in that would steer a terminal is escaped."""
-    print(printable(text, _OF_TEXT), flush=True)  # through a pipe, too, the address of a page arrives at once
+    """Print text on standard output, with control characters escaped."""
+    print(
+        printable(text, _OF_TEXT), flush=True
+    )  # flush: the address of a page must arrive at once, also through a pipe
 
 
 def complain(text: str) -> None:
-    """One line on standard error; what names and files bring in that would break it or steer a terminal is escaped."""
+    """Print one line on standard error, with line breaks and control characters escaped."""
     with contextlib.suppress(OSError):  # a full disk
         print(f"planner: {printable(text)}", file=sys.stderr, flush=True)
 
 
-def open_in_browser(address: str, tell: Callable[[str], None]) -> None:
-    """Open a page in the browser; where there is no screen, say where it is (a browser in the terminal would block)."""
+def open_in_browser(address: str, announce: Callable[[str], None]) -> None:
+    """Open a page in the browser; without a screen print its address, as a text browser would block."""
     screen = sys.platform != "linux" or any(os.environ.get(name) for name in ("DISPLAY", "WAYLAND_DISPLAY"))
     if not (screen and webbrowser.open(address)):
-        tell(f"There is no browser here: open {address} yourself.")
+        announce(f"No browser was found: open {address} yourself.")
 
 
 def release_output() -> None:
-    """Lead standard output nowhere if it cannot be written, or Python would fail once more when it ends."""
+    """Redirect standard output to nowhere if it is closed, or Python would fail again at its exit."""
     try:
         sys.stdout.flush()
     except OSError:
@@ -53,7 +55,7 @@ def release_output() -> None:
 
 
 def facts(title: str, rows: Iterable[tuple[str, str]]) -> Table:
-    """Names and what is to be said of them, under a title."""
+    """Return a table of names and texts under a title."""
     table = Table("", "", title=_cell(title), show_header=False)
     for name, value in rows:
         table.add_row(_cell(name), _cell(value))
@@ -61,7 +63,7 @@ def facts(title: str, rows: Iterable[tuple[str, str]]) -> Table:
 
 
 def _cell(text: str) -> str:
-    """Text as rich shows it as it is."""
+    """Escape text for rich."""
     return escape(printable(text, _OF_TEXT))
 
 
@@ -71,9 +73,9 @@ def show(renderable: Any) -> None:
 
 @contextmanager
 def working() -> Iterator[Progress]:
-    """Long work: a progress bar per stage on standard error, and Ctrl-C as a request to stop and save.
+    """Yield a progress with a bar per stage on standard error, and with Ctrl-C as a request to stop.
 
-    Yields what the work reports to. Enter it where the work begins, and leave it when all is saved.
+    The block is the work and the saving of its result.
     """
     stages = _Stages()
     with StopRequest(drawn=lambda: len(stages.drawn)) as stop, stages:
@@ -82,20 +84,20 @@ def working() -> Iterator[Progress]:
 
 @contextmanager
 def watching() -> Iterator[Progress]:
-    """Work that has nothing to save: progress bars only, Ctrl-C ends it at once."""
+    """Yield a progress with bars; Ctrl-C ends the work at once, as it has nothing to save."""
     with _Stages() as stages:
         yield Progress(stages.report)
 
 
 def run_into(folder: Path, run: Callable[[Progress], T]) -> T:
-    """The result of long work that is to be written into ``folder``, which is refused before the work begins."""
+    """Run long work whose result goes into ``folder``; an unusable folder is refused before the work."""
     require_writable_folder(folder)
     with working() as progress:
         return run(progress)
 
 
 class _Stages:
-    """A progress bar for each stage of work, drawn from its first report on."""
+    """A progress bar for each stage of work, from its first report on."""
 
     def __init__(self) -> None:
         self.drawn: dict[str, Any] = {}  # rich's number of each stage
@@ -119,14 +121,14 @@ class _Stages:
             self.drawn[stage] = self._bars.add_task(stage, total=None, count="", before=0, last=0)
         bar = self._bars.tasks[self.drawn[stage]]
         before, last = bar.fields["before"], bar.fields["last"]
-        before += last if done < last else 0  # the stage begins again, and its bar goes on
+        before += last if done < last else 0  # a stage that begins again continues its bar
         whole = before + total if total else None
         count = f"{before + done}{f'/{whole}' if whole else ''} {UNITS.get(stage, '')}"
         self._bars.update(bar.id, completed=before + done, total=whole, count=count, before=before, last=done)
 
 
 def report_table(rows: Sequence[Mapping[str, Any]]) -> Table:
-    """A report's table as the terminal shows it."""
+    """Return the table of a report for the terminal."""
     table = Table(*map(_cell, rows[0]))
     for row in rows:
         table.add_row(*(_cell(_text_of(value)) for value in row.values()))

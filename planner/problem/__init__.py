@@ -1,1 +1,1 @@
-"""What is asked: options of a request, targets, the objective, outcomes and reasons; loads no library."""
+"""Options, requests, targets, the objective, outcomes and reasons; imports no robotics library."""

@@ -1,9 +1,9 @@
-"""Conditions on a frame of the arm, as people write them: what a motion keeps all along, or a goal asks of its end.
+"""Conditions on a frame of the arm: path constraints of a motion, or the tolerance of a goal.
 
 ``axis:z,0,0,1,0.1`` (the tool's z axis within 0.1 rad of a direction of the world), ``box:x0,y0,z0,x1,y1,z1`` (its
 origin within, m), ``plane:nx,ny,nz,d`` (n.p >= d) and ``turn:0.1`` (its orientation within 0.1 rad of that at the
-start, or of a quaternion: ``turn:0.1,qx,qy,qz,qw``). `` of FRAME`` at the end names another frame than the tool, and
-`` at x,y,z`` after it a point of that frame. Several are written with ``;`` between.
+start, or of a quaternion: ``turn:0.1,qx,qy,qz,qw``). A suffix `` of FRAME`` names another frame than the tool, and
+`` at x,y,z`` a point of that frame. ``;`` separates several conditions.
 """
 
 import math
@@ -18,11 +18,11 @@ from pydantic import AfterValidator, BeforeValidator, Field
 from planner.base.errors import OptionError
 from planner.problem.validation import options
 
-THINNEST = 1e-4  # rad (m): no straight joint motion of any length keeps to less
+THINNEST = 1e-4  # rad (m): no straight joint motion satisfies a narrower condition
 FORMS = "axis:, box:, plane: or turn:"
 AND = ";"  # between conditions
-_TURNS = 2.0 * math.pi * (1.0 + 1e-4)  # rad: a tolerance of more is taken for degrees
-_UNIT = 1e-3  # by how much a quaternion's length may differ from 1
+_TURNS = 2.0 * math.pi * (1.0 + 1e-4)  # rad: a larger tolerance is probably in degrees
+_UNIT = 1e-3  # tolerance of a quaternion's length
 _SYNTAX = re.compile(r"(\w+):(.*?)(?:\s+of\s+(\S+))?(?:\s+at\s+(\S+))?")
 
 
@@ -47,9 +47,9 @@ Direction: TypeAlias = Annotated[Three, AfterValidator(_direction)]
 
 @options
 class Condition:
-    """On one ``frame`` of the robot, the tool where None.
+    """A condition on one ``frame`` of the robot, by default the tool.
 
-    ``shape``: the fields of its numbers in the order of its text, and how many each takes.
+    ``shape``: the fields in the order of the text, and the count of numbers of each.
     """
 
     frame: str | None = field(default=None, kw_only=True)
@@ -59,25 +59,25 @@ class Condition:
 
     @property
     def values(self) -> tuple[float, ...]:
-        """Its numbers in the order of its text."""
+        """The numbers in the order of the text."""
         values = [getattr(self, name) for name in self.shape]
         return tuple(np.hstack([each for each in values if each is not None]).tolist())
 
     @property
     def thickness(self) -> float:
-        """How far (rad, m) it is from one side of what it allows to the other; inf where that has no end."""
+        """The width (rad, m) of the allowed set; inf if it is unbounded."""
         return getattr(self, "angle", math.inf)
 
     @property
     def text(self) -> str:
-        """As people write it, exact to the last bit."""
+        """The condition as people write it, exact to the last bit."""
         axis = f"{self.axis}," if isinstance(self, AxisConstraint) else ""
         return f"{self.kind}:{axis}{numbers_text(self.values)}{f' of {self.frame}' if self.frame else ''}"
 
 
 @options
 class OfPoint(Condition):
-    """On the ``point`` (m) of a frame, its origin where left out."""
+    """A condition on a ``point`` (m) of a frame, by default its origin."""
 
     point: Three = field(default=(0.0, 0.0, 0.0), kw_only=True)
     unit: ClassVar[str] = "m"
@@ -89,7 +89,7 @@ class OfPoint(Condition):
 
 @options
 class AxisConstraint(Condition):
-    """A frame's ``axis``, x, y or z, within ``angle`` (rad) of a ``direction`` of the world; it may turn about it."""
+    """A frame's ``axis`` (x, y or z) within ``angle`` (rad) of a ``direction`` of the world."""
 
     axis: Annotated[str, Field(pattern="^[xyz]$")]
     direction: Direction
@@ -109,7 +109,7 @@ class BoxConstraint(OfPoint):
 
     def __post_init__(self) -> None:
         if self.thickness < 0:
-            raise OptionError("a box's lower corner must lie below its upper one: give x0,y0,z0,x1,y1,z1.")
+            raise OptionError("lower corner of a box must lie below the upper one: give x0,y0,z0,x1,y1,z1.")
 
     @property
     def thickness(self) -> float:
@@ -118,7 +118,7 @@ class BoxConstraint(OfPoint):
 
 @options
 class PlaneConstraint(OfPoint):
-    """A frame's origin, or ``point``, p on one side of a plane: ``normal`` . p >= ``distance`` (m)."""
+    """A frame's origin, or ``point``, p with ``normal`` . p >= ``distance`` (m)."""
 
     normal: Direction
     distance: Number
@@ -128,7 +128,7 @@ class PlaneConstraint(OfPoint):
 
 @options
 class OrientationConstraint(Condition):
-    """A frame's orientation within ``angle`` (rad) of ``quaternion`` (x, y, z, w), or of that at the start."""
+    """A frame's orientation within ``angle`` (rad) of a quaternion (x, y, z, w), by default the start's."""
 
     angle: Angle
     quaternion: Annotated[Quaternion, BeforeValidator(tuple), AfterValidator(_unit)] | None = None
@@ -136,7 +136,7 @@ class OrientationConstraint(Condition):
     shape: ClassVar[Mapping[str, int]] = {"angle": 1, "quaternion": 4}
 
 
-# of each: its class, how many numbers it takes, and how they are written
+# of each kind: its class, the allowed counts of numbers, and the form of the text
 _KINDS: dict[str, tuple[type[Condition], tuple[int, ...], str]] = {
     "axis": (AxisConstraint, (3, 4), "x, y or z, then nx,ny,nz,angle"),
     "box": (BoxConstraint, (6,), "x0,y0,z0,x1,y1,z1"),
@@ -146,56 +146,56 @@ _KINDS: dict[str, tuple[type[Condition], tuple[int, ...], str]] = {
 
 
 def is_condition(text: str) -> bool:
-    """Whether a text begins as a condition does."""
+    """Return whether a text begins as a condition does."""
     return text.strip().partition(":")[0] in _KINDS
 
 
 def parse_condition(text: str) -> Condition:
-    """A condition out of its text; :class:`OptionError` where the text has no meaning."""
-    found, where = _SYNTAX.fullmatch(text.strip()), f"condition '{text[:100]}'"
-    if found is None or found[1] not in _KINDS:
-        raise OptionError(f"{where} is not usable: give {FORMS}.")
-    kind, rest, frame, at = found.groups()
-    made, counts, form = _KINDS[kind]
+    """Parse a condition; :class:`OptionError` for a text of another form."""
+    match, where = _SYNTAX.fullmatch(text.strip()), f"condition '{text[:100]}'"
+    if match is None or match[1] not in _KINDS:
+        raise OptionError(f"condition must begin with {FORMS}, got '{text[:100]}'.")
+    kind, rest, frame, at = match.groups()
+    cls, counts, form = _KINDS[kind]
     words = rest.split(",")
     given: dict[str, Any] = {} if frame is None else {"frame": frame}
-    if made is AxisConstraint:
+    if cls is AxisConstraint:
         given["axis"] = words.pop(0).strip()
     try:
         if at is not None:
             given["point"] = tuple(map(float, at.split(",")))
         numbers = tuple(map(float, words))
     except ValueError:
-        raise OptionError(f"{where} holds a word that is no number: give numbers with commas between.") from None
+        raise OptionError(f"{where} must hold numbers with commas between: correct the text.") from None
     if len(numbers) not in counts:
-        raise OptionError(f"{where} has {len(numbers)} numbers: give {kind}: {form}.")
-    for name, count in made.shape.items():
+        raise OptionError(f"{where} must be {kind}: {form}, got {len(numbers)} numbers.")
+    for name, count in cls.shape.items():
         if numbers:
             given[name], numbers = numbers[0] if count == 1 else numbers[:count], numbers[count:]
     try:
-        return made(**given)
+        return cls(**given)
     except OptionError as error:
-        raise OptionError(f"{where} is not usable: {error}") from None
+        raise OptionError(f"{where} cannot be used: {error}") from None
 
 
 def parse_constraints(text: str) -> tuple[Condition, ...]:
-    """What a motion is to keep out of its text; :class:`OptionError` where it has no meaning, or is too thin."""
+    """Parse path constraints; :class:`OptionError` for another form, or a condition that is too narrow."""
     return require_thick(tuple(parse_condition(part) for part in text.split(AND) if part.strip()))
 
 
 def require_thick(conditions: tuple[Condition, ...]) -> tuple[Condition, ...]:
-    """The conditions; :class:`OptionError` for one that leaves so little that no motion keeps it."""
+    """Return the conditions; :class:`OptionError` for one that is too narrow for any motion."""
     for condition in conditions:
         if condition.thickness < THINNEST:
             raise OptionError(
-                f"'{condition.text[:100]}' leaves {condition.thickness:g} {condition.unit} and no motion straight in "
-                f"joints keeps to that: leave {THINNEST:g} or more."
+                f"constraint '{condition.text[:100]}' must leave {THINNEST:g} {condition.unit} or more, got "
+                f"{condition.thickness:g}: no straight joint motion satisfies it."
             )
     return conditions
 
 
 def read_conditions(value: object) -> tuple[Condition, ...]:
-    """Conditions out of text, a condition, or several of both; :class:`OptionError` for anything else."""
+    """Return conditions from text, a condition, or several of both; :class:`OptionError` otherwise."""
     if isinstance(value, str):
         return parse_constraints(value)
     if isinstance(value, Condition):
@@ -205,10 +205,10 @@ def read_conditions(value: object) -> tuple[Condition, ...]:
     if isinstance(value, Iterable):
         return tuple(each for part in value for each in read_conditions(part))
     raise OptionError(
-        f"constraint must be conditions, got {str(value)[:100]}: give text or planner.AxisConstraint and its like."
+        f"constraint must be text or conditions, got {str(value)[:100]}: give planner.AxisConstraint(...), for example."
     )
 
 
 def numbers_text(values: Sequence[float]) -> str:
-    """Numbers with commas between, exact to the last bit."""
+    """Return numbers with commas between, exact to the last bit."""
     return ",".join(repr(float(value)).removesuffix(".0") for value in values)

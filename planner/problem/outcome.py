@@ -1,4 +1,4 @@
-"""How a run ended and why, each reason as data and as a sentence; and the base class of what is written of it."""
+"""The outcome of a run, the reasons as data and as sentences, and the base class of records."""
 
 from collections.abc import Iterable, Sequence
 from dataclasses import MISSING, dataclass, field, fields, is_dataclass
@@ -11,7 +11,7 @@ from pydantic import Field
 from planner.base.errors import FileError, Reason, choices
 from planner.problem.conditions import parse_condition
 
-FORMAT_VERSION = 1  # of plan.json and sweep.json: one more where a key goes or changes its meaning
+FORMAT_VERSION = 1  # of plan.json and sweep.json; raised when a key goes or changes its meaning
 Nodes = list[Annotated[int, Field(ge=0)]]
 Rows = list[tuple[str, str]]
 """The rows of a table: names and texts."""
@@ -19,15 +19,15 @@ Rows = list[tuple[str, str]]
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Record:
-    """Base of all records: a file holds the fields, and the docstrings of the fields are the schema of the file.
+    """Base of all records: a file holds the fields, and their docstrings are the schema of the file.
 
-    A field is left out of the file where it has its default. Further keys in a file are read over.
+    A file leaves out fields with their default. Unknown keys of a file are ignored.
     """
 
     __pydantic_config__: ClassVar = {"extra": "allow", "allow_inf_nan": False, "use_attribute_docstrings": True}
 
     def to_dict(self) -> dict[str, Any]:
-        """The fields in their order, as plain data."""
+        """Return the fields in their order, as plain data."""
         written = {field.name: (getattr(self, field.name), field.default) for field in fields(self)}
         return {
             name: _plain(value)
@@ -45,9 +45,9 @@ def _plain(value: Any) -> Any:
 
 
 class Outcome(Enum):
-    """An ending that is part of normal life; wrong input raises a :class:`~planner.base.errors.PlannerError` instead.
+    """The outcome of a run; wrong input raises a :class:`~planner.base.errors.PlannerError` instead.
 
-    ``name.lower()`` is what ``plan.json`` holds, the value is the sentence with the remedy.
+    ``plan.json`` holds ``name.lower()``; the value is the sentence with the remedy.
     """
 
     SOLVED = "A collision-free path was found."
@@ -62,7 +62,7 @@ class Outcome(Enum):
     PARTLY_FOLLOWED = (
         "The tool path could be followed in part only: move it, widen its tube, or let the tool turn about its axis."
     )
-    INTERRUPTED = "Interrupted: this is what was done so far."
+    INTERRUPTED = "Interrupted: the result is partial."
 
     @property
     def key(self) -> str:
@@ -70,22 +70,22 @@ class Outcome(Enum):
 
     @property
     def exit_code(self) -> int:
-        """The exit code of a command that ends so."""
+        """The exit code of a command with this outcome."""
         return {Outcome.SOLVED: 0, Outcome.INTERRUPTED: 130}.get(self, 4)
 
 
 def require_readable_version(record: dict[str, Any], where: str) -> None:
-    """Refuse a record of a later format than this planner knows; one that names none is of version 1."""
+    """Raise :class:`FileError` for a record of a later format; version 1 if it has none."""
     version = record.get("format_version", 1)
     if not (isinstance(version, int) and 1 <= version <= FORMAT_VERSION):
         raise FileError(
-            f"{where} has format version {version!r:.40}, this planner reads up to {FORMAT_VERSION}: "
-            "update the planner, or make the file again with this one."
+            f"format version of {where} must be 1 to {FORMAT_VERSION}, got {version!r:.40}: update the planner, or "
+            "make the file again with this one."
         )
 
 
 def html_table(caption: str, rows: Sequence[Sequence[str]], head: Sequence[str] = ()) -> str:
-    """A table of a notebook; names out of files cannot become markup."""
+    """Return an HTML table for a notebook, with all text escaped."""
     top = f"<thead>{_html_row('th', head)}</thead>" if head else ""
     body = "".join(_html_row("td", row) for row in rows)
     return f"<p>{escape(caption)}</p><table>{top}<tbody>{body}</tbody></table>"
@@ -104,9 +104,9 @@ def _quote(names: Iterable[str]) -> str:
 
 @dataclass(frozen=True)
 class Touching(Reason):
-    """Two things touch, or come closer than the margin, where ``role`` ("start", "goal", "world") puts the robot.
+    """Two bodies touch, or are closer than the margin, at ``role``: "start", "goal" or "world".
 
-    ``enclosed``: one lies wholly inside the other.
+    ``enclosed``: one lies inside the other.
     """
 
     kind: Literal["touching"] = field(default="touching", kw_only=True)
@@ -122,7 +122,7 @@ class Touching(Reason):
 
 @dataclass(frozen=True)
 class BeyondLimit(Reason):
-    """``role`` puts a joint at ``value``, outside [``lower``, ``upper``]: rad, or m where it slides."""
+    """``role`` has a joint at ``value``, outside [``lower``, ``upper``] (rad, or m for a slide)."""
 
     kind: Literal["beyond_limit"] = field(default="beyond_limit", kw_only=True)
     role: str
@@ -134,7 +134,7 @@ class BeyondLimit(Reason):
 
 @dataclass(frozen=True)
 class ConstraintBroken(Reason):
-    """``role`` lies outside what is to be kept, the ``condition`` in its text, by so much: rad, or m."""
+    """``role`` breaks a path constraint, given as text, ``by`` an amount (rad or m)."""
 
     kind: Literal["constraint_broken"] = field(default="constraint_broken", kw_only=True)
     role: str
@@ -144,7 +144,7 @@ class ConstraintBroken(Reason):
 
 @dataclass(frozen=True)
 class OutOfReach(Reason):
-    """No configuration brings the tool to ``role``: the nearest found stays ``distance`` (m) away."""
+    """No configuration brings the tool to ``role``; the nearest one stays ``distance`` (m) away."""
 
     kind: Literal["out_of_reach"] = field(default="out_of_reach", kw_only=True)
     role: str
@@ -153,26 +153,26 @@ class OutOfReach(Reason):
 
 @dataclass(frozen=True)
 class Gap(Record):
-    """The shortest straight motion between the part of a roadmap that holds the start and that of the goal."""
+    """The shortest straight motion between the components of the start and the goal."""
 
     joint_distance: float
     """rad"""
     start_side: tuple[float, ...]
-    """its configuration on the start's side"""
+    """its end in the component of the start"""
     goal_side: tuple[float, ...]
-    """its configuration on the goal's side"""
+    """its end in the component of the goal"""
     between: tuple[str, str] | None
-    """the two things that come too near along it; null where none was found"""
+    """the two bodies that come too near along it; null if none was found"""
 
     @property
     def sentence(self) -> str:
         stop = f", where '{self.between[0]}' and '{self.between[1]}' come too near" if self.between else ""
-        return f"their parts of the roadmap came within {self.joint_distance:.3g} rad of each other{stop}"
+        return f"their components of the roadmap came within {self.joint_distance:.3g} rad of each other{stop}"
 
 
 @dataclass(frozen=True)
 class Separated(Reason):
-    """Obstacles without which start and goal are joined; no smaller set was found, which does not exclude one."""
+    """Obstacles without which start and goal are connected; a smaller set may exist."""
 
     kind: Literal["separated"] = field(default="separated", kw_only=True)
     obstacles: _Names
@@ -183,14 +183,14 @@ class Separated(Reason):
         one = len(self.obstacles) == 1
         return (
             f"Start and goal were not connected within the budget: the search found that {_quote(self.obstacles)} "
-            f"{'separates' if one else 'together separate'} them (without {'it' if one else 'them'} they are joined), "
+            f"{'separates' if one else 'together separate'} them (without {'it' if one else 'them'} they connect), "
             f"and {self.gap.sentence}: move {'it' if one else 'one of them'}, raise --nodes, or try another --seed."
         )
 
 
 @dataclass(frozen=True)
 class BudgetSpent(Reason):
-    """A bounded search did not join start and goal, and no obstacle was found that separates them."""
+    """The search did not connect start and goal, and no obstacle was found that separates them."""
 
     kind: Literal["budget_spent"] = field(default="budget_spent", kw_only=True)
     nodes: int
@@ -205,31 +205,31 @@ class BudgetSpent(Reason):
     def sentence(self) -> str:
         return (
             f"Start and goal were not connected within the budget of {self.nodes} nodes: {self.gap.sentence}; no "
-            "obstacle was found without which they are joined: raise --nodes, or try another --seed."
+            "obstacle was found without which they are connected: raise --nodes, or try another --seed."
         )
 
 
 @dataclass(frozen=True)
 class FloorTooHigh(Reason):
-    """No path keeps to the manipulability floor."""
+    """No path stays above the manipulability floor."""
 
     kind: Literal["floor_too_high"] = field(default="floor_too_high", kw_only=True)
     asked: float
     reachable: float
-    """the highest floor found that a path keeps to; 0: all pass through w = 0 or near it"""
+    """the highest floor found with a path above it; 0: all pass near w = 0"""
 
     @property
     def sentence(self) -> str:
-        why = "all paths that were found pass through w = 0 or near it: leave --min-manipulability out."
+        why = "all known paths pass near w = 0: leave out --min-manipulability."
         if self.reachable > 0:
-            why = f"the highest floor found that a path keeps to is {self.reachable:g}: take --min-manipulability "
+            why = f"the highest floor with a path is {self.reachable:g}: take --min-manipulability "
             why += f"{self.reachable:g} or less, raise --nodes, or try another --seed."
         return f"No path above the manipulability floor of {self.asked:g} was found within the budget: {why}"
 
 
 @dataclass(frozen=True)
 class ConstraintsTooNarrow(Reason):
-    """Start and goal are joined, but not by a path that keeps the conditions."""
+    """Start and goal are connected, but not by a path within the constraints."""
 
     kind: Literal["constraints_too_narrow"] = field(default="constraints_too_narrow", kw_only=True)
     conditions: _Names
@@ -239,18 +239,19 @@ class ConstraintsTooNarrow(Reason):
     @property
     def sentence(self) -> str:
         return (
-            f"No path that keeps {_quote(self.conditions)} was found within the budget; without that start and goal "
-            f"are joined, and with it {self.gap.sentence}: leave more tolerance, raise --nodes, or try another --seed."
+            f"No path within {_quote(self.conditions)} was found within the budget; without the constraint start and "
+            f"goal are connected, and with it {self.gap.sentence}: leave more tolerance, raise --nodes, or try another "
+            "--seed."
         )
 
 
 @dataclass(frozen=True)
 class BlockedInTime(Reason):
-    """Start and goal are joined, but no motion in time keeps clear of obstacles that move along known motions."""
+    """Start and goal are connected, but no motion in time avoids the moving obstacles."""
 
     kind: Literal["blocked_in_time"] = field(default="blocked_in_time", kw_only=True)
     place: Literal["start", "goal", "route"]
-    """start: not clear at time 0; goal: it cannot be stayed at; route: no motion leads past"""
+    """start: not clear at time 0; goal: not clear later; route: no motion leads past"""
     obstacles: _Names
 
     @property
@@ -258,11 +259,11 @@ class BlockedInTime(Reason):
         named = _quote(self.obstacles)
         why = {
             "start": f"at time 0 {named} cannot be proven clear of the arm at the start: choose another start.",
-            "goal": f"the arm cannot stay at the goal, {named} coming too near: choose another goal.",
-            "route": f"no motion through the roadmap was found that keeps clear of {named}, waiting included: "
+            "goal": f"the arm cannot stay at the goal, as {named} comes too near: choose another goal.",
+            "route": f"no motion through the roadmap avoids {named}, also with waiting: "
             "raise --nodes, or try another --seed.",
         }
-        return f"Start and goal are joined, but not in time: {why[self.place]}"
+        return f"Start and goal are connected, but not in time: {why[self.place]}"
 
 
 @dataclass(frozen=True)
@@ -275,17 +276,17 @@ class CannotFollow(Reason):
     followed: float
     """share of the path's length"""
     cause: Literal["out_of_reach", "turned", "beyond_limit", "touching", "strays", "below_floor", "jump"]
-    """jump: all solutions there are on other branches"""
+    """jump: all solutions of this point are on other branches"""
     distance: float = 0.0
-    """m by which the tool misses the point, for turned and jump rad, for strays as what is kept"""
+    """m by which the tool misses the point; rad for turned and jump; for strays the unit of the constraint"""
     between: tuple[str, ...] = ()
-    """the two things that touch, joints whose limits would have to be left, or the condition that would be broken"""
+    """the two bodies that touch, the joints whose limits are exceeded, or the broken constraint"""
     reachable: float = 0.0
-    """the highest floor found with which it goes on, where the floor is too high"""
+    """the highest floor with a path, if the floor is too high"""
     leg: Literal["", "approach", "retreat"] = ""
-    """which leg of a plan it is, point 1 the plan's goal or start"""
+    """the leg of a plan; point 1 is then the plan's goal or start"""
     cone: float | None = None
-    """rad: the narrowest about the tool's axis with which it was found to go on; 0: a free turn about it will do"""
+    """rad: the narrowest cone about the tool's axis with a path; 0: a free turn about it suffices"""
 
     @property
     def names(self) -> frozenset[str]:
@@ -295,7 +296,7 @@ class CannotFollow(Reason):
     def sentence(self) -> str:
         head = f"The tool path can be followed over {100 * self.followed:.1f} %, not to point {self.point}: "
         if self.leg:
-            head = f"The {self.leg} goes over {100 * self.followed:.1f} % of its length, seen from its end: "
+            head = f"The {self.leg} is possible over {100 * self.followed:.1f} % of its length, from its end: "
         return f"{head}{self._cause}."
 
     @property
@@ -308,18 +309,18 @@ class CannotFollow(Reason):
             remedy = f"shorten it, or choose another {'goal' if self.leg == 'approach' else 'start'}"
         far, unit = f"{self.distance:.3g}", parse_condition(self.between[0]).unit if self.cause == "strays" else ""
         return {
-            "out_of_reach": f"the tool comes no nearer than {far} m; {remedy}",
+            "out_of_reach": f"the tool stays {far} m away; {remedy}",
             "turned": f"the tool stays turned away by {far} rad; {remedy}",
-            "beyond_limit": f"the arm would have to leave the limits of {choices(self.between)}; {remedy}",
+            "beyond_limit": f"the arm would exceed the limits of {choices(self.between)}; {remedy}",
             "touching": f"{pair} come too near in all solutions found; move the path or what is near",
-            "strays": f"{pair} is kept, and would be broken by {far} {unit}; move the path, or keep less",
-            "below_floor": f"the floor is too high, the highest found is {self.reachable:g}; take that",
-            "jump": f"what was reached and the solutions there are {far} rad apart, on other branches or with something"
-            " between; free the tool's axis, widen the tube, or split the path there",
+            "strays": f"the constraint {pair} would be broken by {far} {unit}; move the path, or relax the constraint",
+            "below_floor": f"the floor is too high; take the highest possible one, {self.reachable:g}",
+            "jump": f"the next solutions are {far} rad away, on other branches or behind an obstacle; free the tool's "
+            "axis, widen the tube, or split the path there",
         }[self.cause]
 
 
 NoWay = Separated | BudgetSpent | ConstraintsTooNarrow
-"""Start and goal lie in different parts of the roadmap."""
+"""Start and goal lie in different components of the roadmap."""
 
 NoPath = NoWay | FloorTooHigh | BlockedInTime | CannotFollow

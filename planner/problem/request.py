@@ -1,10 +1,10 @@
-"""The requests: a frozen dataclass per command, made of the parts that are the groups of its options in ``--help``.
+"""The requests: a frozen dataclass per command, composed of the groups of options in ``--help``.
 
     request = PlanRequest.from_options(robot="panda", scene="shelf", beta=0.2)
     request.what.robot, request.quality.beta
     request.with_options(seed=3)
 
-``what`` is to be planned, with which ``quality``; :class:`LimitsRequest` and :class:`TimingRequest` are the limits.
+``what`` is the problem, ``quality`` the effort; :class:`LimitsRequest` and :class:`TimingRequest` are the limits.
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ class Objective:
         planner.Objective(beta=0.2, jacobian_rows="translation")
         planner.Objective(beta=0.2, manipulability=lambda q: 1.0 / robot.condition_number(q))
 
-    D is its length by ``metric``: joint motion, or the tool's path. Omega is its ``manipulability_cost``: with
+    D is the length by ``metric``: joint motion, or the tool's path. Omega is the ``manipulability_cost``: with
     ``cost_integration`` "edges" integrated along its length, with "nodes" that of the nodes it leads to, as in the
     paper. ``jacobian_rows`` are the rows of the tool's Jacobian that w is computed from. ``manipulability`` names
     another measure, or is a function of configurations (n, dof); it is sampled, and no floor is proven for it.
@@ -56,21 +56,21 @@ class Objective:
     manipulability: option.Manipulability = DEFAULT_MEASURE
 
     def at(self, beta: float) -> Objective:
-        """The same at another ``beta``."""
+        """Return the objective at another ``beta``."""
         return replace(self, beta=beta)
 
     def options(self) -> dict[str, Any]:
-        """Its fields by the names of the options."""
+        """Return the fields by the names of the options."""
         return {"min_manipulability" if name == "floor" else name: value for name, value in vars(self).items()}
 
     def total(self, omega: Cost, distance: Cost) -> Cost:
-        """The cost of a motion or a path with so much Omega and D, each normalised."""
+        """Return the cost of a motion or path with the normalised ``omega`` and ``distance``."""
         return combine_costs(self.beta, omega, distance)
 
 
 @options
 class PartialWorld:
-    """A robot in a scene, and the backend that finds contacts; a plan.json says what is left out."""
+    """A robot in a scene, and the collision library; a plan.json completes it."""
 
     robot: option.RecordedRobot = None
     scene: option.RecordedScene = None
@@ -87,12 +87,12 @@ class PartialWorld:
 
     def __post_init__(self) -> None:
         if self.group is not None and self.joints is not None:
-            raise OptionError("--group and --joints both say which joints are planned: give one of them.")
+            raise OptionError("--group and --joints exclude each other: give one of them.")
 
 
 @options
 class WorldRequest(PartialWorld):
-    """A robot in a scene, and the backend that finds contacts."""
+    """A robot in a scene, and the collision library."""
 
     robot: option.Robot = str(option.ROBOT)
     scene: option.Scene = str(option.SCENE)
@@ -101,7 +101,7 @@ class WorldRequest(PartialWorld):
 
 @options
 class ProblemRequest(WorldRequest):
-    """A start and a goal in the world of a robot and a scene."""
+    """A robot in a scene, a start and a goal."""
 
     start: option.Start = Named(("start",))
     goal: option.Goal = (Named(("goal",)),)
@@ -113,7 +113,7 @@ class ProblemRequest(WorldRequest):
 
 @options
 class MotionRequest(ProblemRequest):
-    """A start and a goal, and straight lines of the tool at both."""
+    """A robot in a scene, a start and a goal, and straight lines of the tool at both."""
 
     approach: option.Approach = 0.0
     retreat: option.Retreat = 0.0
@@ -121,7 +121,7 @@ class MotionRequest(ProblemRequest):
 
 @options
 class FollowedRequest(WorldRequest):
-    """The world of a tool path, and the start of a free motion to it; without a start the plan begins on the path."""
+    """The world of a tool path, and the start of a free motion to it, if any."""
 
     start: option.FreeStart = None
     ik_tolerance: option.IkTolerance = option.Tolerance((1e-6, 1e-4))
@@ -131,7 +131,7 @@ class FollowedRequest(WorldRequest):
 
 @options
 class TaskWorldRequest:
-    """The choices of a task's world that its file leaves open."""
+    """Options of a task's world that its file does not have."""
 
     collision: option.Collision = "fcl"
     margin: option.Margin = 0.0
@@ -150,7 +150,7 @@ class RoadmapQuality:
 
 @options
 class SweepQuality(RoadmapQuality):
-    """A roadmap, its costs and the dynamics, for every beta."""
+    """The roadmap, the costs and the dynamics, for every beta."""
 
     roadmap: option.RoadmapFile = None
     law: option.Law = "singularity-free"
@@ -163,30 +163,30 @@ class SweepQuality(RoadmapQuality):
 
     @property
     def rounds(self) -> int:
-        """The rounds of refinement; where left out 12, or 0 for a kept roadmap."""
+        """The rounds of refinement: by default 12, or 0 for a saved roadmap."""
         if self.refinement_rounds is not None:
             return self.refinement_rounds
         return DEFAULT_REFINEMENT_ROUNDS if self.roadmap is None else 0
 
     def objective_at(self, beta: float) -> Objective:
-        """The objective of a path at ``beta``."""
+        """Return the objective of a path at ``beta``."""
         return Objective(beta, self.manipulability_cost, self.metric, self.cost_integration, self.min_manipulability)
 
 
 @options
 class PlanQuality(SweepQuality):
-    """A roadmap, its costs and the dynamics, and the trade-off of one plan."""
+    """The trade-off, the roadmap, the costs and the dynamics."""
 
     beta: option.Beta = DEFAULT_BETA
     path_only: option.PathOnly = False
 
     def __post_init__(self) -> None:
         if self.path_only and (self.nodes != PAPER_NODES or self.roadmap is not None):
-            raise OptionError("a path only has no roadmap around it: leave out nodes and roadmap, or path-only.")
+            raise OptionError("path-only excludes nodes and roadmap: leave out one of them.")
 
     @property
     def rounds(self) -> int:
-        """As for a sweep, but 0 for a path only where it was left out."""
+        """As for a sweep, but by default 0 for ``path_only``."""
         return 0 if self.path_only and self.refinement_rounds is None else super().rounds
 
     @property
@@ -214,16 +214,16 @@ class TaskQuality:
 
 
 class Request:
-    """Base of the requests, whose fields are parts: reads and changes options by their own names."""
+    """Base of the requests, whose fields are groups of options; options are read and changed by name."""
 
     @classmethod
     def from_options(cls, **values: Any) -> Self:
-        """The request with these options; :class:`KeywordError` for one that it does not have."""
+        """Return the request with these options; :class:`KeywordError` for an unknown one."""
         return cls().with_options(**values)
 
     @classmethod
     def from_config(cls, config: Mapping[str, Any]) -> Self:
-        """The request of a record's ``config``, see :meth:`config`; keys that are no options of it are left out."""
+        """Return the request of a record's ``config``, see :meth:`config`; other keys are ignored."""
         known = {
             name: config[_FILE_KEYS.get(name, name)] for name in cls.names() if _FILE_KEYS.get(name, name) in config
         }
@@ -231,11 +231,11 @@ class Request:
 
     @classmethod
     def names(cls) -> tuple[str, ...]:
-        """The names of all options."""
+        """Return the names of all options."""
         return tuple(cls().values())
 
     def with_options(self, **values: Any) -> Self:
-        """The request with ``values`` in place of its own; :class:`KeywordError` for an option that it lacks."""
+        """Return the request with other ``values``; :class:`KeywordError` for an option that it lacks."""
         reject_unknown(values, self.names(), type(self).__name__.removesuffix("Request").lower())
         changed: dict[str, Any] = {}
         for name, part in vars(self).items():
@@ -244,11 +244,11 @@ class Request:
         return replace(self, **changed) if changed else self  # type: ignore[type-var]
 
     def values(self) -> dict[str, Any]:
-        """The options by name, objects as they are."""
+        """Return the options by name."""
         return {option.name: getattr(part, option.name) for part in vars(self).values() for option in fields(part)}  # type: ignore[arg-type]
 
     def config(self) -> dict[str, Any]:
-        """The options by their names on the command line, as plain data: objects by their names, targets as text."""
+        """Return the options by command-line name as plain data: objects by name, targets as text."""
         return {_FILE_KEYS.get(name, name): _plain(value) for name, value in self.values().items()}
 
 
@@ -263,7 +263,7 @@ class RoadmapRequest(Request):
 def _require_provable_floor(what: WorldRequest, quality: RoadmapQuality) -> None:
     if quality.min_manipulability > 0 and what.manipulability != DEFAULT_MEASURE:
         raise OptionError(
-            "min-manipulability is proven for Yoshikawa's w only: leave it out, or leave out the other manipulability."
+            "min-manipulability needs Yoshikawa's w, the only measure with proofs: leave out one of the two options."
         )
 
 
@@ -291,7 +291,7 @@ class PlanRequest(Request):
 
 @options
 class FollowRequest(Request):
-    """A tool path to be followed, and a free motion to it where there is a start."""
+    """A tool path, and a free motion to it if there is a start."""
 
     what: FollowedRequest = FollowedRequest()
     quality: PlanQuality = PlanQuality()
@@ -303,14 +303,12 @@ class FollowRequest(Request):
             () if self.what.start else ("roadmap", "path_only", "nodes", "refinement_rounds", "extra_clearance")
         ):
             if getattr(self.quality, name) != getattr(plain, name):
-                raise OptionError(
-                    f"{name.replace('_', '-')} needs a start, from which a free motion leads to the path."
-                )
+                raise OptionError(f"{name.replace('_', '-')} needs a start of a free motion to the path: give --start.")
 
 
 @options
 class TaskRequest(Request):
-    """A task; its file says what is to be done."""
+    """A task, whose steps its file has."""
 
     what: TaskWorldRequest = TaskWorldRequest()
     quality: TaskQuality = TaskQuality()
@@ -318,7 +316,7 @@ class TaskRequest(Request):
 
 @options
 class LiveRequest:
-    """The first question on the live page, and the roadmap that answers it."""
+    """The first query of the live page, and its roadmap."""
 
     start: option.Start = Named(("start",))
     goal: option.Goal = (Named(("goal",)),)
@@ -330,7 +328,7 @@ class LiveRequest:
 
 @options
 class LimitsRequest:
-    """The limits that a motion has to keep; whether the robot allows them is judged with the robot."""
+    """The limits of a motion."""
 
     limits: option.LimitsFile = None
     velocity_scale: option.VelocityScale = None
@@ -341,7 +339,7 @@ class LimitsRequest:
 
 @options
 class TimingRequest(LimitsRequest):
-    """The limits of a motion, and the law by which a path becomes one."""
+    """The limits of the motion, and the law that times the path."""
 
     time_law: option.TimeLawOption = "shortcuts"
     extra_cost: option.ExtraCost = 0.0
@@ -349,7 +347,7 @@ class TimingRequest(LimitsRequest):
 
 @options
 class WorkersRequest:
-    """The workers of independent tasks. The results do not depend on them, but for their seconds."""
+    """The workers of independent tasks; only the seconds depend on them."""
 
     jobs: option.Jobs = 1
     workers: option.Workers = None
@@ -360,7 +358,7 @@ class WorkersRequest:
 
     @property
     def serial(self) -> bool:
-        """Whether this process does one task after the other."""
+        """Whether this process runs one task after the other."""
         return self.workers is None and self.jobs == 1
 
 
@@ -368,12 +366,12 @@ SERIAL = WorkersRequest()
 
 
 def reject_unknown(values: Collection[str], known: Collection[str], what: str = "plan") -> None:
-    """Raise :class:`KeywordError` for the first option that ``what`` does not take."""
+    """Raise :class:`KeywordError` for the first option that ``what`` does not have."""
     for name in sorted(set(values) - set(known)):
         remedy = f"options are {choices(known)}"
         if name in (field.name for field in fields(TimingRequest)):  # type: ignore[arg-type]
             remedy = f"give it as timing=planner.TimingRequest({name}=...)"
-        raise KeywordError(f"{what} has no option '{name}'{suggest_name(name, known)}: {remedy}.")
+        raise KeywordError(f"option '{name}' of {what} not found{suggest_name(name, known)}: {remedy}.")
 
 
 def build_request(
@@ -383,9 +381,9 @@ def build_request(
     robot: Any = option.ROBOT,
     scene: Any = option.SCENE,
 ) -> R:
-    """The request with robot, scene, ``options`` and an objective, as far as they are given, in place of its own.
+    """Return the request with the given robot, scene, ``options`` and objective in place of its own.
 
-    Raises :class:`KeywordError` for an option that it lacks, or that the objective says too.
+    Raises :class:`KeywordError` for an option that it lacks, or that the objective has too.
     """
     if isinstance(robot, Request):
         raise TypeError(f"robot must be a name, a file or a Robot, got a {type(robot).__name__}: give it as request=.")
@@ -393,13 +391,13 @@ def build_request(
     if objective is not None:
         known, own, plain = request.names(), objective.options(), Objective().options()
         if twice := [name for name in options if name in own]:
-            raise KeywordError(f"{twice[0]} is a part of the objective: give it there, or leave the objective out.")
+            raise KeywordError(f"{twice[0]} must be given once, got it in the objective too: leave out one of them.")
         given |= {key: value for key, value in own.items() if key in known or value != plain[key]}
     return request.with_options(**given, **options)
 
 
 def _plain(value: Any) -> Any:
-    """An option as plain data."""
+    """Return an option as plain data."""
     if isinstance(value, str | int | float | None):
         return value
     if isinstance(value, Path):

@@ -1,8 +1,8 @@
-"""Where the arm should be, as people write it.
+"""Targets of the arm, as people write them.
 
 A state is a name from the scene, ``q:0.1,-0.4,...`` (joints, rad), ``xyz:0.92,-0.10,0.42`` (tool position, m) or
 ``pose:x,y,z,qx,qy,qz,qw``; :mod:`planner.query.resolve` finds the configuration. ``home`` is the scene's state of that
-name, or else the robot's home: what its robot.yaml says, or all joints at zero, or at the limit next to zero.
+name, or else the robot's home: that of its robot.yaml, or all joints at zero, or at the limit next to zero.
 
 A goal with tolerance is written as conditions with ``&`` between (:mod:`planner.problem.conditions`), of which ``xyz:``
 and ``pose:`` may be one. Alternative goals are written with ``;`` between, names also with commas.
@@ -34,8 +34,8 @@ from planner.problem.conditions import (
 
 HOME = "home"
 BOTH = "&"  # between the conditions of one goal
-FARTHEST_BASE = 1e4  # m: as far as anything may stand in a scene file
-TURN = 2 * math.pi * (1 + 1e-4)  # rad: a whole turn, however it was rounded
+FARTHEST_BASE = 1e4  # m: the largest coordinate of a scene file
+TURN = 2 * math.pi * (1 + 1e-4)  # rad: a whole turn with its rounding
 FORMS = "a name from the scene, q:..., xyz:x,y,z, pose:x,y,z,qx,qy,qz,qw or conditions such as axis:z,0,0,-1,0.1"
 
 
@@ -47,13 +47,13 @@ class Joints:
 
     @property
     def text(self) -> str:
-        """The target as people write it, exact to the last bit; so for all targets."""
+        """The target as people write it, exact to the last bit."""
         return "q:" + ",".join(repr(float(value)) for value in self.values)
 
 
 @dataclass(frozen=True)
 class Position:
-    """A place for the origin of the tool, or of another ``frame``, m; its orientation is free."""
+    """A position (m) of the origin of the tool, or of another ``frame``, in any orientation."""
 
     xyz: tuple[float, ...]
     frame: str | None = None
@@ -65,7 +65,7 @@ class Position:
 
 @dataclass(frozen=True)
 class Pose:
-    """A placement of the tool frame, or of another ``frame``: position in m, orientation as a quaternion x, y, z, w."""
+    """A pose of the tool, or of another ``frame``: position (m), quaternion x, y, z, w."""
 
     xyz: tuple[float, ...]
     quaternion: tuple[float, ...]
@@ -78,13 +78,13 @@ class Pose:
 
 @dataclass(frozen=True)
 class ToolGoal:
-    """All that meets ``conditions`` on the tool, or on other frames: a goal with tolerance.
+    """A goal with tolerance: every configuration that meets ``conditions`` on frames.
 
     down = planner.AxisConstraint("z", (0.0, 0.0, -1.0), 0.1)
     planner.ToolGoal((planner.BoxConstraint((0.5, 0.3, 0.6), (0.5, 0.3, 0.7)), down))
 
-    A pose, as text, array (4, 4) or ``pinocchio.SE3``, may be one of them. One of a turn without a quaternion means the
-    orientation at the start.
+    A pose, as text, array (4, 4) or ``pinocchio.SE3``, may be one of them. A turn without a quaternion is relative to
+    the orientation at the start.
     """
 
     conditions: tuple[Condition, ...]
@@ -92,7 +92,7 @@ class ToolGoal:
     def __post_init__(self) -> None:
         given = self.conditions if isinstance(self.conditions, tuple | list) else (self.conditions,)
         if not given:
-            raise OptionError("a goal of the tool has no condition: give one or more on its pose.")
+            raise OptionError("goal of the tool must have one condition or more, got none: give a pose, for example.")
         object.__setattr__(self, "conditions", tuple(each for part in given for each in _conditions(part)))
 
     @property
@@ -102,7 +102,7 @@ class ToolGoal:
 
 @dataclass(frozen=True)
 class Named:
-    """States that the scene names; more than one are alternatives."""
+    """Named states of the scene; several are alternatives."""
 
     names: tuple[str, ...]
 
@@ -115,9 +115,9 @@ Target: TypeAlias = Joints | Position | Pose | ToolGoal | Named
 
 
 def parse_target(text: str) -> Target:
-    """A target out of its text; :class:`OptionError` where the text has no meaning.
+    """Parse a target; :class:`OptionError` for a text of another form.
 
-    What the robot has to judge (how many joints, limits, reach, NaN) is left to :func:`planner.query.resolve.resolve`.
+    :func:`planner.query.resolve.resolve` checks the number of joints, limits, reach and NaN.
     """
     kind, colon, rest = text.partition(":")
     if BOTH in text or is_condition(text):
@@ -125,7 +125,7 @@ def parse_target(text: str) -> Target:
     if not colon:
         names = tuple(part.strip() for part in text.split(","))
         if not all(names):
-            raise OptionError(f"an empty state is not usable: give {FORMS}.")
+            raise OptionError(f"state must be {FORMS}, got an empty text.")
         return Named(names)
     match kind:
         case "q":
@@ -135,11 +135,11 @@ def parse_target(text: str) -> Target:
         case "pose":
             values = _numbers(text, rest, 7)
             return Pose(values[:3], values[3:])
-    raise OptionError(f"state '{text[:100]}' starts with '{kind[:100]}:': give {FORMS}.")
+    raise OptionError(f"state must be {FORMS}, got '{text[:100]}'.")
 
 
 def _conditions(part: object) -> tuple[Condition, ...]:
-    """A part of a goal with tolerance as conditions."""
+    """Return the conditions of one part of a goal with tolerance."""
     if isinstance(part, Condition):
         return (part,)
     if isinstance(part, str) and is_condition(part):
@@ -151,17 +151,17 @@ def _conditions(part: object) -> tuple[Condition, ...]:
             return BoxConstraint((x, y, z), (x, y, z), frame=frame), OrientationConstraint(
                 0.0, (a, b, c, d), frame=frame
             )
-    raise OptionError(f"'{part!s:.100}' is no part of a goal with tolerance: give xyz:, pose:, or {CONDITIONS}.")
+    raise OptionError(f"goal with tolerance must consist of xyz:, pose:, {CONDITIONS}, got '{part!s:.100}'.")
 
 
 def _condition_text(condition: Condition) -> str:
-    """The text of a condition in a goal: a box without extent is a position."""
+    """Return the text of a condition in a goal; a box of zero size is a position."""
     at = condition.lower if isinstance(condition, BoxConstraint) else ()
     return Position(at).text if at and condition == BoxConstraint(at, at) else condition.text
 
 
 def _numbers_of(matrix: object, role: str) -> tuple[list[float], list[float], list[float]]:
-    """Position (m), quaternion x, y, z, w, and roll, pitch, yaw (rad) of a (4, 4) placement."""
+    """Return position (m), quaternion x, y, z, w, and roll, pitch, yaw (rad) of a (4, 4) placement."""
     import pinocchio as pin  # no text needs it
 
     rigid = placement(f"the (4, 4) pose given as {role}", matrix, OptionError, FARTHEST_BASE)
@@ -171,14 +171,14 @@ def _numbers_of(matrix: object, role: str) -> tuple[list[float], list[float], li
 
 
 def joints_text(values: Iterable[float]) -> str:
-    """The text of joint values (dof,) rad."""
+    """Return the text of joint values (dof,) rad."""
     return Joints(tuple(map(float, values))).text
 
 
 def read_target(state: object, role: str = "state") -> Target:
-    """A target itself, or out of its text, joint values (dof,) rad, or a pose of the tool, (4, 4) or ``pinocchio.SE3``.
+    """Return a target from a target, text, joint values (dof,) rad, or a pose (4, 4) or ``pinocchio.SE3``.
 
-    :class:`OptionError` for anything else, and for a pose that is not rigid.
+    :class:`OptionError` for any other value, and for a pose that is not rigid.
     """
     if isinstance(state, Target):
         return state
@@ -198,7 +198,7 @@ def read_target(state: object, role: str = "state") -> Target:
 
 
 def read_goals(goal: object) -> tuple[Target, ...]:
-    """Alternative goals out of text, a target, joint values (dof,), a pose (4, 4), or a list of several of these."""
+    """Return alternative goals from text, a target, joint values, a pose (4, 4), or a list of these."""
     if isinstance(goal, str):
         return parse_targets(goal)
     if isinstance(goal, tuple | list) and goal and not any(isinstance(each, Real) for each in goal):
@@ -207,20 +207,22 @@ def read_goals(goal: object) -> tuple[Target, ...]:
 
 
 def parse_targets(text: str) -> tuple[Target, ...]:
-    """Alternative goals out of their text, each name one of its own; :class:`OptionError` as :func:`parse_target`."""
-    found: list[Target] = []
+    """Parse alternative goals, each name a goal; :class:`OptionError` as :func:`parse_target`."""
+    targets: list[Target] = []
     for target in (parse_target(part.strip()) for part in text.split(AND)):
-        found += [Named((name,)) for name in target.names] if isinstance(target, Named) else [target]
-    return tuple(found)
+        targets += [Named((name,)) for name in target.names] if isinstance(target, Named) else [target]
+    return tuple(targets)
 
 
 def follow_names(name: str, states: Mapping[str, str], through: tuple[str, ...] = ()) -> list[str]:
-    """The texts that a name stands for among ``states``: where these are names too, what those stand for.
+    """Return the texts of a named state among ``states``, with names among them replaced in turn.
 
-    A name that is none of them stands for itself. Raises :class:`StateError` for one that leads back to itself.
+    An unknown name is returned as it is. Raises :class:`StateError` for a name that refers to itself.
     """
     if name in through:
-        raise StateError(f"state '{name}' of the scene leads back to itself, by {choices(through[:5])}: give numbers.")
+        raise StateError(
+            f"state '{name}' of the scene must not refer to itself, got {choices(through[:5])}: give numbers."
+        )
     target = parse_target(states[name]) if name in states else None
     if isinstance(target, Named):
         return [text for each in target.names for text in follow_names(each, states, (*through, name))]
@@ -228,7 +230,7 @@ def follow_names(name: str, states: Mapping[str, str], through: tuple[str, ...] 
 
 
 def parse_base(base: Any) -> tuple[float, ...]:
-    """Position (m), and roll, pitch, yaw (rad) where given, of a base; OptionError unless 3 or 6 numbers, or a pose."""
+    """Return position (m), and roll, pitch, yaw (rad) if given, of a base from 3 or 6 numbers, or a pose."""
     if is_placement(base):
         position, _, turns = _numbers_of(base, "base")
         return (*position, *turns)
@@ -249,7 +251,7 @@ def _numbers(text: str, rest: str, count: int | None = None) -> tuple[float, ...
     try:
         values = tuple(map(float, rest.split(",")))
     except ValueError:
-        raise OptionError(f"state '{text[:100]}' holds a word that is no number: give {FORMS}.") from None
+        raise OptionError(f"state '{text[:100]}' must hold numbers with commas between: give {FORMS}.") from None
     if count is not None and len(values) != count:
-        raise OptionError(f"state '{text[:100]}' has {len(values)} numbers and must have {count}: give {FORMS}.")
+        raise OptionError(f"state '{text[:100]}' must have {count} numbers, got {len(values)}: give {FORMS}.")
     return values

@@ -1,4 +1,4 @@
-"""From a request to the robot as the scene sets it up, a checker, and start and goal configurations."""
+"""From a request to the robot in its scene, a checker, and start and goal configurations."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -34,7 +34,7 @@ from planner.robot.scene import Scene
 
 @dataclass(frozen=True, eq=False)
 class Query:
-    """A robot in a scene with where it starts (k, dof) and where it may end (g, dof), rad.
+    """A robot in a scene with ``starts`` (k, dof) and ``goals`` (g, dof), rad.
 
     ``goal_names`` (g,) is the text of the goal that each row of ``goals`` reaches; ``end_notes`` are on the start.
     """
@@ -53,7 +53,7 @@ class Query:
         return np.concatenate([self.starts, self.goals])
 
     def goal_at(self, q: Floats) -> str:
-        """The text of the goal that the configuration ``q`` (dof,) reaches, of all the nearest one."""
+        """Return the text of the goal nearest to the configuration ``q`` (dof,)."""
         away = np.abs(self.robot.difference(self.goals, q)).max(axis=1)
         return self.goal_names[int(away.argmin())]
 
@@ -61,10 +61,10 @@ class Query:
 def make_checker_for(
     request: WorldRequest, message: StrPath | None = None, start: Callable[[CollisionChecker], Floats] | None = None
 ) -> CollisionChecker:
-    """A checker of the robot in the scene that ``request`` names, without start and goal.
+    """Return a checker of the robot in the scene of ``request``, without start and goal.
 
-    Joints that are not planned are held as the MoveIt request in the file ``message`` has them. ``start`` gives the
-    configuration (dof,) whose orientation is meant where what is kept names none.
+    Joints that are not planned are held at their values in the MoveIt request ``message``. ``start`` returns the
+    configuration (dof,) whose orientation completes orientation constraints without a quaternion.
     """
     asked = None if message is None else read_motion_plan_request(message)
     scene, robot = _set_up(request, asked)
@@ -77,18 +77,17 @@ def make_checker_for(
 
 
 def _bound(checker: CollisionChecker, turns: tuple[Condition, ...], start: Floats) -> CollisionChecker:
-    """The checker with ``turns`` as they are meant at ``start`` (dof,) besides."""
+    """Return the checker with ``turns`` too, relative to the orientation at ``start`` (dof,)."""
     return with_conditions(checker, (*checker.world.conditions, *bind_orientations(turns, checker.robot, start)))
 
 
 def make_query(
     request: ProblemRequest, near_start: bool = True, in_time: bool = False, progress: Progress = QUIET
 ) -> Query:
-    """Load everything that ``request`` names; raises :class:`PlannerError` for what is unusable.
+    """Load the robot, the scene, start and goals of ``request``; :class:`PlannerError` for unusable ones.
 
-    The configurations that a position or pose as goal becomes are chosen by their manipulability and by how near they
-    are to the start; by manipulability alone without ``near_start``. A scene in which obstacles move along known
-    motions is refused, but where the answer has times (``in_time``).
+    Configurations of a goal position or pose are chosen by manipulability and by distance to the start; by
+    manipulability alone without ``near_start``. Scenes with moving obstacles need ``in_time``: a plan with times.
     """
     path = request.motion_plan_request
     progress("setup", 0, 2)
@@ -96,8 +95,8 @@ def make_query(
     scene, robot = _set_up(request, message)
     if scene.moving and not in_time:
         raise SceneError(
-            f"in scene '{scene.name}' obstacles move ({choices(item.name for item in scene.moving)}), and a path "
-            "without times cannot keep clear of them: plan in time, without --no-timing or timing=None."
+            f"scene '{scene.name}' has moving obstacles ({choices(item.name for item in scene.moving)}), which only a "
+            "motion in time avoids: leave out --no-timing or timing=None."
         )
     start, goals = _targets(request, robot, scene, message)
     if request.widen_limits:
@@ -123,10 +122,10 @@ def resolve_query(
     near_start: bool = True,
     turns: tuple[Condition, ...] = (),
 ) -> Query:
-    """The configurations of a start and of goals; raises :class:`StateError` for unusable ones.
+    """Return the configurations of a start and of goals; :class:`StateError` for unusable ones.
 
-    A goal becomes at most so many ``solutions`` of inverse kinematics within a ``tolerance`` (m, rad).
-    ``near_start`` as in :func:`make_query`; ``turns`` are conditions that mean the orientation at the start.
+    A goal becomes at most ``solutions`` configurations of inverse kinematics within a ``tolerance`` (m, rad).
+    ``near_start`` as in :func:`make_query`; ``turns`` are conditions relative to the orientation at the start.
     """
     robot, scene = checker.robot, checker.world.scene
     states = states_of(robot, scene)
@@ -138,10 +137,10 @@ def resolve_query(
         near = starts if near_start else None
         ends.append(resolve(goal, checker, states, _role(goal, goals), solutions, near, tolerance))
         names += [goal.text] * len(ends[-1])
-    _, rows = np.unique(np.vstack(ends), axis=0, return_index=True)  # one goal may be named twice
+    _, rows = np.unique(np.vstack(ends), axis=0, return_index=True)  # two names may be one goal
     rows.sort()
-    told = tuple(other_turns(start, checker, states))
-    return Query(robot, scene, checker, starts, np.vstack(ends)[rows], tuple(names[row] for row in rows), told)
+    end_notes = tuple(other_turns(start, checker, states))
+    return Query(robot, scene, checker, starts, np.vstack(ends)[rows], tuple(names[row] for row in rows), end_notes)
 
 
 def _role(goal: Target, goals: Sequence[Target]) -> str:
@@ -149,7 +148,7 @@ def _role(goal: Target, goals: Sequence[Target]) -> str:
 
 
 def _require_limits(robot: Robot, targets: list[tuple[str, Target]]) -> None:
-    """As :func:`resolve` refuses them, with the remedy for joint values that only a request with ends has."""
+    """Raise :class:`StateError` for joint values out of limits, with --widen-limits as the remedy."""
     for role, target in targets:
         if isinstance(target, Joints):
             values = joint_values(np.array(target.values), robot, role)
@@ -159,7 +158,7 @@ def _require_limits(robot: Robot, targets: list[tuple[str, Target]]) -> None:
 def _collect_constraints(
     request: WorldRequest, robot: Robot, scene: Scene, message: MotionPlanRequest | None
 ) -> tuple[Robot, tuple[Condition, ...]]:
-    """The robot, and the conditions that motions keep, by the request, the scene and a message."""
+    """Return the robot, and the path constraints of the request, the scene and a message."""
     constraint = (*request.constraint, *parse_constraints(scene.constraints))
     if message is not None:
         robot, constraint = (
@@ -170,13 +169,13 @@ def _collect_constraints(
 
 
 def _set_up(request: WorldRequest, message: MotionPlanRequest | None) -> tuple[Scene, Robot]:
-    """The scene, and the robot in it, as a MoveIt request changes them: every command loads its robot here."""
+    """Return the scene, and the robot in it, with the changes of a MoveIt request."""
     scene = with_start_state(Scene.load(request.scene), message)
     return scene, robot_of(request, scene, message)
 
 
 def states_of(robot: Robot, scene: Scene) -> dict[str, str]:
-    """The named states of a robot, each as its text: those of its SRDF, and of the scene, which come first."""
+    """Return the named states of a robot as texts; those of the scene replace those of the SRDF."""
     own = {name: joints_text(values) for name, values in robot.states.items() if name != HOME}
     return {**own, **scene.states_of(robot.name)}
 
@@ -184,7 +183,7 @@ def states_of(robot: Robot, scene: Scene) -> dict[str, str]:
 def _targets(
     request: ProblemRequest, robot: Robot, scene: Scene, message: MotionPlanRequest | None
 ) -> tuple[Target, Sequence[Target]]:
-    """Start and goals; an explicit --start or --goal takes precedence over the MoveIt request."""
+    """Return start and goals; --start and --goal take precedence over the MoveIt request."""
     plain = ProblemRequest()
     start, goals = request.start, request.goal
     if message is not None and request.start == plain.start:

@@ -1,4 +1,4 @@
-"""The configurations that bring the arm to a target."""
+"""Configurations of the arm for a target."""
 
 import itertools
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
@@ -34,14 +34,14 @@ from planner.robot.poses import pose, se3
 from planner.robot.robot import Robot, with_tool
 
 IK_STARTS = 100
-NEAR_LIMIT = 0.05  # rad (m): a solution this near a joint limit is taken only if there is no other
-DEGREES = "degrees? As degrees they would lie within limits; give them in rad."  # the remedy for what looks like it
-IK_SEED = 0  # its own, so that the same target gives the same configuration whatever --seed says
-_AROUND = 15  # seeds around every configuration to come from: other solutions near it, where the nearest is blocked
+NEAR_LIMIT = 0.05  # rad (m): a solution this near a joint limit is the last choice
+DEGREES = "degrees? As degrees they would lie within limits; give them in rad."  # remedy for degrees
+IK_SEED = 0  # apart from --seed: a target always gives the same configuration
+_AROUND = 15  # seeds around each start: the nearest solution may be blocked
 _SPREAD = 0.4  # rad (m), of these seeds
 _FORGIVEN = 1e-9  # rad (m): beyond a limit that was printed and read back
-_SEEDS, _BRANCH = 300, 0.3  # of goals with tolerance; rad (m): configurations nearer to each other are one branch
-_GLANCE = 0.1  # rad (m) of the largest joint motion between the states in which a straight motion is looked at
+_SEEDS, _BRANCH = 300, 0.3  # of goals with tolerance; rad (m): closer configurations are one branch
+_GLANCE = 0.1  # rad (m) of the largest joint motion between samples of a straight motion
 
 
 def resolve(
@@ -53,13 +53,12 @@ def resolve(
     starts: Floats | None = None,
     tolerance: inverse.Tolerance = inverse.TOLERANCE,
 ) -> Floats:
-    """Up to ``count`` collision-free configurations (k, dof) that reach ``target``, best manipulability first.
+    """Return up to ``count`` free configurations (k, dof) for ``target``, best manipulability first.
 
-    ``states`` are the scene's named states of this robot, ``role`` is "start", "goal" or, where there are several,
-    "goal '<its text>'". Of the free solutions of ``IK_STARTS`` seeds those within ``NEAR_LIMIT`` of a joint limit are
-    taken only if there are too few others. With ``starts`` (s, dof) it begins at these too, and takes the best left in
-    manipulability and the one left that is nearest to a start alternately: good choices for beta 0 and for beta 1.
-    A pose that cannot be reached exactly is reached within the ``tolerance`` (m, rad).
+    ``states`` are the scene's named states of this robot; ``role`` is "start", "goal" or, for several, "goal 'TEXT'".
+    Solutions of ``IK_STARTS`` seeds within ``NEAR_LIMIT`` of a joint limit are the last choice. With ``starts`` (s,
+    dof) as further seeds, the best by manipulability and the nearest to a start alternate: good choices for beta 0 and
+    beta 1. A pose that cannot be reached exactly is reached within the ``tolerance`` (m, rad).
     Raises :class:`StateError`: out of limits, in collision, out of reach.
     """
     match target:
@@ -84,7 +83,7 @@ def resolve(
 
 
 def other_turns(start: Target, checker: CollisionChecker, states: Mapping[str, str]) -> list[str]:
-    """A sentence for each joint that turns freely and begins in another turn than joint values of the start say."""
+    """Return a sentence for each continuous joint whose start value is in another turn than the plan's."""
     if isinstance(start, Named):
         inner = [target for name in start.names for target in _look_up(name, states, checker, "start")]
         return [sentence for each in inner for sentence in other_turns(each, checker, states)]
@@ -94,22 +93,22 @@ def other_turns(start: Target, checker: CollisionChecker, states: Mapping[str, s
     begun = robot.normalise(given)
     return [
         f"the start has joint '{robot.joints[k]}' at {given[k]:.6g} rad, the plan begins at {begun[k]:.6g}, the same "
-        "place in another turn: have a controller that counts turns begin there, or it turns back first."
+        "position in another turn: a controller that counts turns must begin there, or it turns back first."
         for k in np.flatnonzero(robot.continuous & (np.abs(given - begun) > _FORGIVEN))
     ]
 
 
 def resolve_as_is(target: Target, checker: CollisionChecker, states: Mapping[str, str], role: str) -> Floats:
-    """One configuration (dof,) that ``target`` names, to be checked: it may be in collision or out of limits.
+    """Return one configuration (dof,) for ``target``, which may be in collision or out of limits.
 
-    Joint values stand as given; for a position or pose the free solution of the highest manipulability is taken,
-    or the best of those in collision. Raises :class:`StateError`: wrong joint count, out of reach, unknown name.
+    Joint values stay as given; a position or pose becomes the free solution of highest manipulability, or the best of
+    those in collision. Raises :class:`StateError`: wrong joint count, out of reach, unknown name.
     """
     match target:
         case Named(names):
             inner = [found for name in names for found in _look_up(name, states, checker, role)]
             if len(inner) > 1:
-                raise StateError(f"{role} names {len(inner)} states, {choices(names)}: name one.")
+                raise StateError(f"{role} must be one state, got {len(inner)}, {choices(names)}: name one.")
             return resolve_as_is(inner[0], checker, states, role)
         case Joints(values):
             return frozen(joint_values(np.array(values), checker.robot, role))
@@ -124,26 +123,26 @@ def resolve_as_is(target: Target, checker: CollisionChecker, states: Mapping[str
 def solve_conditions(
     conditions: tuple[Condition, ...], checker: CollisionChecker, role: str, starts: Floats | None = None
 ) -> Floats:
-    """Configurations (k, dof) that meet ``conditions``, and what motions keep, all over what they leave free.
+    """Return configurations (k, dof) across the set of those that meet ``conditions`` and constraints.
 
-    Projected from ``IK_STARTS`` seeds, and seeds around ``starts``, each to a depth of its own. :class:`StateError`
-    where none is found.
+    Seeds, and seeds around ``starts``, are projected, each to a depth of its own. :class:`StateError` if none meets
+    them.
     """
     robot, rng = checker.robot, np.random.default_rng(IK_SEED)
     if starts is not None:
         conditions = bind_orientations(conditions, robot, starts[0])
     require_orientations(conditions, robot)
-    asked = PathConstraints(robot, (*conditions, *checker.world.conditions))
+    all_of_them = PathConstraints(robot, (*conditions, *checker.world.conditions))
     seeds = np.vstack([robot.home, rng.uniform(robot.lower, robot.upper, size=(_SEEDS - 1, robot.dof))])
     if starts is not None:
         seeds = np.vstack([seeds, _seeds(robot, starts)])
-    found, good = asked.project(seeds, rng.random(len(seeds)), inverse.POSITION_TOLERANCE)
+    found, good = all_of_them.project(seeds, rng.random(len(seeds)), inverse.POSITION_TOLERANCE)
     good &= checker.world.constraints.holds(found)
     if good.any():
         return robot.normalise(found[good])
-    spare = asked.slacks(found)
+    spare = all_of_them.slacks(found)
     nearest = int(spare.min(axis=1).argmax())
-    missed = asked.conditions[int(spare[nearest].argmin())]
+    missed = all_of_them.conditions[int(spare[nearest].argmin())]
     raise StateError(
         f"{role} cannot be reached by frame '{robot.tool}': the nearest configuration of {len(seeds)} tries misses "
         f"'{missed.text}' by {-spare[nearest].min():.3g} {missed.unit}; choose a nearer one, or more tolerance.",
@@ -152,7 +151,7 @@ def solve_conditions(
 
 
 def _spread(found: Floats, robot: Robot) -> Floats:
-    """Those of ``found`` (k, dof), best first, that are no neighbours of a better one: branches of the inverse."""
+    """Return those of ``found`` (k, dof) that are not near a better one: branches of the inverse."""
     order = np.argsort(-manipulability(robot, found), kind="stable")
     kept = np.zeros((0, robot.dof))
     for q in found[order]:
@@ -164,7 +163,7 @@ def _spread(found: Floats, robot: Robot) -> Floats:
 def _reach(
     target: Position | Pose, robot: Robot, role: str, starts: Floats | None, tolerance: inverse.Tolerance
 ) -> Floats:
-    """Configurations (k, dof) that reach a target; :class:`StateError` where there is none."""
+    """Return configurations (k, dof) that reach a target; :class:`StateError` if there are none."""
     rng, position = np.random.default_rng(IK_SEED), np.array(target.xyz)
     near = None if starts is None else _seeds(robot, starts)
     if isinstance(target, Position):
@@ -183,14 +182,14 @@ def _reach(
 
 
 def _seeds(robot: Robot, starts: Floats) -> Floats:
-    """Seeds (k, dof) for inverse kinematics: the ``starts`` (s, dof), and configurations around them."""
+    """Return seeds (k, dof) of inverse kinematics: ``starts`` (s, dof) and configurations around them."""
     noise = np.random.default_rng(IK_SEED).normal(scale=_SPREAD, size=(_AROUND, *starts.shape))
     around = np.where(robot.continuous, starts + noise, np.clip(starts + noise, robot.lower, robot.upper))
     return np.vstack([starts, around.reshape(-1, robot.dof)])
 
 
 def _look_up(name: str, states: Mapping[str, str], checker: CollisionChecker, role: str) -> list[Target]:
-    """What a state's name stands for: more than one where the scene names alternatives."""
+    """Return the targets of a named state: several if the scene names alternatives."""
     found, robot, end = (
         [parse_target(text) for text in follow_names(name, states)],
         checker.robot,
@@ -200,8 +199,8 @@ def _look_up(name: str, states: Mapping[str, str], checker: CollisionChecker, ro
     if unknown := [each.text for each in found if isinstance(each, Named)]:
         names = choices(dict.fromkeys([*states, HOME]))
         raise StateError(
-            f"{end} {quote(unknown[0])} is not among the scene's states for {robot.name}, {names}: choose another one, "
-            f"as {FORMS}."
+            f"{end} {quote(unknown[0])} not found; states of {robot.name} in the scene are {names}: give one of them, "
+            f"or {FORMS}."
         )
     return found
 
@@ -214,15 +213,15 @@ def _check_finite(values: Floats, role: str) -> None:
 
 
 def free_configuration(values: Floats, checker: CollisionChecker, role: str) -> Floats:
-    """As :func:`free_configurations`, of joint values (dof,)."""
+    """Return the configuration of joint values (dof,), as :func:`free_configurations`."""
     return free_configurations([(role, values)], checker)[0]
 
 
 def free_configurations(rows: Sequence[tuple[str, Floats]], checker: CollisionChecker) -> Floats:
-    """Joint values (n, dof) of rows (role, (dof,)), continuous ones in [-pi, pi), with one look at all of them.
+    """Return joint values (n, dof) of rows (role, (dof,)), continuous ones in [-pi, pi).
 
-    :class:`StateError` unless within limits and free. What is beyond a limit by no more than rounding is brought to it:
-    OMPL forgives less.
+    :class:`StateError` unless within limits and free. Values that exceed a limit by rounding are clipped to it, as OMPL
+    tolerates less.
     """
     robot = checker.robot
     for role, values in rows:
@@ -240,38 +239,38 @@ def free_configurations(rows: Sequence[tuple[str, Floats]], checker: CollisionCh
 
 
 def clip_to_limits(robot: Robot, values: Floats) -> Floats:
-    """Joint values (n, dof), those beyond a limit brought to it."""
+    """Return joint values (n, dof) clipped to the limits."""
     return np.where(robot.continuous, values, np.clip(values, robot.lower, robot.upper))
 
 
 def _require_constraints(rows: Sequence[tuple[str, Floats]], checker: CollisionChecker) -> None:
-    """Raise :class:`StateError` for the first of ``rows`` that breaks what motions keep, with by how much."""
+    """Raise :class:`StateError` for the first of ``rows`` that breaks a path constraint."""
     constraints, values = checker.world.constraints, np.array([q for _, q in rows]).reshape(-1, checker.robot.dof)
     for row in np.flatnonzero(~constraints.holds(values)).tolist():
         spare = constraints.slacks(values[row : row + 1])[0]
         role, kept, by = rows[row][0], constraints.conditions[spare.argmin()], float(-spare.min())
         raise StateError(
-            f"{role} lies outside '{kept.text}', which is to be kept, by {by:.3g} {kept.unit}: choose "
-            "another one, or keep less.",
+            f"{role} must satisfy the constraint '{kept.text}', got {by:.3g} {kept.unit} too much: choose another one, "
+            "or relax the constraint.",
             ConstraintBroken(role, kept.text, by),
         )
 
 
 def joint_values(values: Floats, robot: Robot, role: str) -> Floats:
-    """The values (dof,) themselves; :class:`StateError` unless they are as many as joints, finite and of real arms."""
+    """Return the values (dof,); :class:`StateError` unless one per joint, finite and not huge."""
     if values.shape != (robot.dof,):
         raise StateError(
-            f"{role} has {values.size} joint values, {robot.name} has {robot.dof} planned joints: "
-            f"{choices(robot.joints)}."
+            f"{role} must have {robot.dof} joint values, got {values.size}: planned joints of {robot.name} "
+            f"are {choices(robot.joints)}."
         )
     _check_finite(values, role)
     return values
 
 
 def check_limits(robot: Robot, values: Floats, role: str, remedy: str = "bring it inside.") -> None:
-    """Raise :class:`StateError` naming the first joint that is out of its limits and by how much.
+    """Raise :class:`StateError` for the first joint that is out of its limits.
 
-    ``remedy`` is what to do about it, of a command that can do more than to refuse.
+    ``remedy`` ends the message; a command may have a better one.
     """
     beyond = beyond_limits(robot, values)
     for k in np.nonzero(beyond)[0]:
@@ -285,21 +284,21 @@ def check_limits(robot: Robot, values: Floats, role: str, remedy: str = "bring i
 
 
 def beyond_limits(robot: Robot, values: Floats) -> Floats:
-    """How far (..., dof) joint values lie outside their limits (rad, m), 0 within; continuous joints have none."""
+    """Return how far (..., dof) joint values exceed their limits (rad, m); 0 for continuous joints."""
     beyond = np.maximum(robot.lower - values, values - robot.upper)
     return np.where(robot.continuous | (beyond <= _FORGIVEN), 0.0, beyond)
 
 
 def position_bounds(robot: Robot) -> tuple[Floats, Floats]:
-    """The lowest and the highest values (dof,) that are not beyond limits."""
+    """Return the lowest and the highest values (dof,) within limits and rounding."""
     lower, upper = robot.lower - _FORGIVEN, robot.upper + _FORGIVEN
     return np.where(robot.continuous, -np.inf, lower), np.where(robot.continuous, np.inf, upper)
 
 
 def looks_like_degrees(robot: Robot, values: Floats) -> bool:
-    """Whether joint values (..., dof) out of limits, some by more than a turn from zero, lie within them as degrees.
+    """Return whether values (..., dof) out of limits, some beyond a turn, are within limits as degrees.
 
-    A wrong guess would hide the true remedy, so a value of up to 2 pi is taken for what it says.
+    A wrong guess would hide the true remedy, so values up to 2 pi count as radians.
     """
     turns = ~(robot.prismatic | robot.continuous)
     beyond = beyond_limits(robot, values) > 0
@@ -309,7 +308,7 @@ def looks_like_degrees(robot: Robot, values: Floats) -> bool:
 
 def _choose(found: Floats, checker: CollisionChecker, role: str, count: int, starts: Floats | None) -> Floats:
     @cache
-    def free(row: int) -> bool:  # of few is it asked: a check takes as long as a solution
+    def free(row: int) -> bool:  # called for few candidates: a check is as slow as a solution
         return is_free(checker, found[row])
 
     if not any(map(free, range(len(found)))):
@@ -321,8 +320,8 @@ def _choose(found: Floats, checker: CollisionChecker, role: str, count: int, sta
             contact_reason(role, first),
         )
     robot = checker.robot
-    room = np.minimum(found - robot.lower, robot.upper - found)
-    at_limit: Bools = np.any(np.where(robot.continuous, np.inf, room) < NEAR_LIMIT, axis=1)
+    slack = np.minimum(found - robot.lower, robot.upper - found)
+    at_limit: Bools = np.any(np.where(robot.continuous, np.inf, slack) < NEAR_LIMIT, axis=1)
     best: Iterator[int] = filter(free, np.lexsort((-manipulability(robot, found), at_limit)).tolist())
     if starts is None:
         return frozen(found[_distinct(best, count)])
@@ -332,7 +331,7 @@ def _choose(found: Floats, checker: CollisionChecker, role: str, count: int, sta
 
 
 def _filter_by_constraints(found: Floats, checker: CollisionChecker, role: str) -> Floats:
-    """Those of ``found`` (k, dof) that keep what motions keep; :class:`StateError` where none does."""
+    """Return those of ``found`` (k, dof) within the path constraints; :class:`StateError` if none is."""
     good = checker.world.constraints.holds(found)
     if not good.any():
         _require_constraints([(role, found[int(checker.world.constraints.least_slack(found).argmax())])], checker)
@@ -340,7 +339,7 @@ def _filter_by_constraints(found: Floats, checker: CollisionChecker, role: str) 
 
 
 def _distinct(numbers: Iterable[int], count: int) -> list[int]:
-    """The first ``count`` different ones of ``numbers``."""
+    """Return the first ``count`` different ``numbers``."""
     chosen: dict[int, None] = {}
     for number in numbers:
         chosen[number] = None
@@ -352,10 +351,10 @@ def _distinct(numbers: Iterable[int], count: int) -> list[int]:
 def _nearest(
     found: Floats, free: Callable[[int], bool], at_limit: Bools, checker: CollisionChecker, starts: Floats
 ) -> Iterator[int]:
-    """Indices of the ``free`` ones of ``found`` (k, dof), nearest to one of ``starts`` first.
+    """Yield indices of the ``free`` ones of ``found`` (k, dof), nearest to one of ``starts`` first.
 
-    Those ``at_limit`` come last, and of either kind those to which the straight motion is seen to touch something: it
-    is sampled in a few states, so what looks free may still touch, but is likely a short way.
+    Those ``at_limit`` come last, and within each group those with a contact on the straight motion, which a few samples
+    look for: a free one is likely a short way.
     """
     delta = checker.robot.difference(starts[:, None], found)  # (s, k, dof)
     lengths = np.linalg.norm(delta, axis=2)
@@ -363,7 +362,7 @@ def _nearest(
     order = np.argsort(lengths[start, k], kind="stable")
     for group in (order[~at_limit[order]], order[at_limit[order]]):
         blocked = []
-        for row in group.tolist():  # whether it is free is asked last: that takes the longest
+        for row in group.tolist():  # free() comes last, as the slowest test
             step = delta[start[row], row]
             count = max(1, int(np.ceil(np.abs(step).max() / _GLANCE)))
             shares = np.arange(1, count) / count if count > 1 else np.ones(1)
@@ -375,7 +374,7 @@ def _nearest(
 
 
 def contact_reason(role: str, contact: Contact) -> Touching:
-    """A contact where ``role`` puts the robot, as a reason."""
+    """Return a contact at ``role`` as a reason."""
     return Touching(role, contact.first, contact.second, contact.enclosed)
 
 

@@ -1,4 +1,4 @@
-"""The text of a robot.yaml for a robot, and a self-test of the robot: home, tool positions, links that touch."""
+"""The text of a robot.yaml, and a self-test of a robot: home, tool positions, links that touch."""
 
 import json
 import os
@@ -89,13 +89,13 @@ def _source(path: Path, folder: Path, own: Source | None) -> dict[str, Any]:
 
 
 def self_test(checker: CollisionChecker) -> Iterator[str]:
-    """Sentences on how usable the robot of ``checker`` is in its scene, and which pairs of links touch too often."""
+    """Yield sentences on the robot of ``checker``: home, reach, and pairs of links that touch too often."""
     robot = checker.robot
     random = np.random.default_rng(0).uniform(robot.lower, robot.upper, size=(_SAMPLES, robot.dof))
     at_home, touching = touching_pairs(checker, robot.home[None])[0], touching_pairs(checker, random)
     reached = sum(_is_reached(checker, xyz) for xyz in tool_positions(robot, random[:_TARGETS]).tolist())
     yield (
-        f"Tried without obstacles: home is {'in collision' if at_home.any() else 'free'}, {reached} of {_TARGETS} tool "
+        f"Test without obstacles: home is {'in collision' if at_home.any() else 'free'}, {reached} of {_TARGETS} tool "
         f"positions are reached, {100 * (~touching.any(axis=1)).mean():.0f} % of random configurations are free."
     )
     shares, places = touching.mean(axis=0), dict[tuple[str, ...], str]()

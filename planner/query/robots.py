@@ -1,7 +1,7 @@
-"""The robot of a request, what its hand takes, and every file that a request reads.
+"""The robot of a request, objects that it attaches and detaches, and every file that a request reads.
 
-A robot is read once a process while its files stand as they are, and is the same object each time: its reaches, hulls
-and pairs are cached by the object.
+A process reads a robot once while its files do not change, and returns the same object, as reaches, hulls and pairs are
+cached per object.
 """
 
 import contextlib
@@ -48,11 +48,11 @@ _known: dict[tuple[object, ...], tuple[RobotFiles, dict[Path, tuple[int, int] | 
 
 
 def robot_of(request: WorldRequest, scene: Scene, message: MotionPlanRequest | None) -> Robot:
-    """The robot as the scene and the request set it up; one that is given as such stands as it is."""
+    """Return the robot as scene and request set it up; a Robot object keeps its own files and base."""
     if isinstance(request.robot, Robot):
         for option in ("srdf", "group", "joints", "base"):
             if getattr(request, option) is not None:
-                text = f"'{option}' is for a robot given by name or path: give it to Robot.load, which made this one."
+                text = f"{option} needs a robot given by name or path, got a Robot: give it to Robot.load."
                 raise OptionError(text)
         robot = with_tool(request.robot, request.tool)
         return _set_up(
@@ -79,7 +79,7 @@ def robot_of(request: WorldRequest, scene: Scene, message: MotionPlanRequest | N
 
 
 def at_usable_home(files: RobotFiles, robot: Robot) -> Robot:
-    """The robot of ``files``; where they leave home open, and links touch or w is poor at zero, at another one."""
+    """Return the robot of ``files``, with another home if they have none and zero is unusable."""
     if {*files.home} & {*robot.joints}:
         return robot
     home = load_or_compute("homes", [robot.identity, _NEAR, BANDS["poor"]], lambda: {"home": _usable_home(robot)})[
@@ -87,21 +87,21 @@ def at_usable_home(files: RobotFiles, robot: Robot) -> Robot:
     ]
     if np.array_equal(home, robot.home):
         return robot
-    text = "No file says where home is, and with all joints at zero links touch or the arm is singular: home is "
+    text = "No file has a home, and with all joints at zero links touch or the arm is singular: home is "
     note = Note(f"{text}q:{','.join(f'{value:g}' for value in home.tolist())} instead.")
     return replace(robot, home=frozen(home), notes=(*robot.notes, note))
 
 
 def _usable_home(robot: Robot) -> Floats:
-    """A home (dof,) in which nothing touches: its own unless w is poor, else mid-range or the nearest that will do.
+    """Return a free home (dof,): the robot's own unless w is poor, else a usable one near mid-range.
 
-    What will do has at least the median w of random configurations around mid-range, of which it is one.
+    A usable one has at least the median w of random configurations around mid-range.
     """
     span = np.minimum(robot.upper - robot.lower, TURN)
     random = np.random.default_rng(0).uniform(-0.5, 0.5, size=(_NEAR, robot.dof))
     random[0] = 0.0
     random = random[np.argsort(np.abs(random).sum(axis=1), kind="stable")]
-    q = np.round(0.5 * (robot.lower + robot.upper) + random * span, 3)  # people read it
+    q = np.round(0.5 * (robot.lower + robot.upper) + random * span, 3)  # rounded for readers
     q = np.vstack([robot.home, np.clip(q, robot.lower, robot.upper)])
     free = ~touching_pairs(make_checker(robot, Scene("none"), "coal"), q).any(axis=1)
     w = manipulability(with_measure(robot, None, robot.measure), q)
@@ -112,7 +112,7 @@ def _usable_home(robot: Robot) -> Floats:
 
 
 def touching_pairs(checker: CollisionChecker, q: Floats) -> Bools:
-    """(n, pairs) which pairs are not proven apart in which configurations (n, dof)."""
+    """Return (n, pairs) which pairs are not proven apart in configurations (n, dof)."""
     rotation, position = joint_placements(checker.chain, q)
     touching = checker.bound.coarse(rotation, position) <= 0
     rows, pairs = np.nonzero(touching)
@@ -122,9 +122,9 @@ def touching_pairs(checker: CollisionChecker, q: Floats) -> Bools:
 
 @lru_cache(maxsize=16)
 def with_measure(robot: Robot, rows: Rows | None, measure: Measure) -> Robot:
-    """The robot with the rows of its Jacobian and the measure that an objective asks for.
+    """Return the robot with other rows of its Jacobian and another measure.
 
-    All six rows where w of its own is 0 everywhere; :class:`RobotError` where w of the rows asked for is.
+    All six rows if w of its own rows is 0 everywhere; :class:`RobotError` if w of the given ``rows`` is.
     """
     made = replace(robot, jacobian_rows=rows or robot.jacobian_rows, measure=measure)
     if measure not in get_args(MeasureName) or not is_always_singular(made):
@@ -137,7 +137,7 @@ def with_measure(robot: Robot, rows: Rows | None, measure: Measure) -> Robot:
 
 
 def _set_up(robot: Robot, scene: Scene, message: MotionPlanRequest | None, choice: JointChoice) -> Robot:
-    """The robot carrying what the scene says, with the limit scales of a MoveIt request and notes on it."""
+    """Return the robot with the scene's carried shapes, and limit scales and notes of a MoveIt request."""
     robot = with_carried(robot, scene.carried) if scene.carried else robot
     if message is None:
         return robot
@@ -146,12 +146,12 @@ def _set_up(robot: Robot, scene: Scene, message: MotionPlanRequest | None, choic
 
 @lru_cache(maxsize=16)
 def _with_shares(robot: Robot, shares: tuple[tuple[str, float], ...], notes: tuple[Note, ...]) -> Robot:
-    """The same object for the same request, so that what is computed of it once serves again."""
+    """Return the same object for the same arguments, so that its caches serve again."""
     return replace(robot, shares=dict(shares), notes=(*robot.notes, *notes))
 
 
 def widen_limits_for(robot: Robot, targets: list[Target]) -> Robot:
-    """Limits widened to what is asked for in joints, unless that looks like degrees; its notes say which."""
+    """Return the robot with limits widened to joint targets, except those that look like degrees."""
     wanted = [np.array(t.values) for t in targets if isinstance(t, Joints) and len(t.values) == robot.dof]
     wanted = [q for q in wanted if np.isfinite(q).all() and not looks_like_degrees(robot, q)]
     wide = with_widened_limits(robot, np.array(wanted)) if wanted else robot
@@ -161,9 +161,9 @@ def widen_limits_for(robot: Robot, targets: list[Target]) -> Robot:
 
 
 def files_of(name: str, srdf: StrPath | None) -> RobotFiles:
-    """The robot's files, read again where one of them has changed.
+    """Return the robot's files, read again if one of them has changed.
 
-    A xacro or MJCF file is read each time, as it may include files that no list names.
+    A xacro or MJCF file is read each time, as it may include unknown files.
     """
     key = name, srdf, *map(os.environ.get, PATHS)
     files, stamps = _known.get(key, (None, {}))
@@ -188,7 +188,7 @@ def _assemble(
 
 
 def _stamp(path: Path) -> tuple[int, int] | None:
-    """When a file was last changed (ns), its size; None where there is none. Programs can set back mtime, not ctime."""
+    """Return ctime (ns), which programs cannot set as mtime, and size of a file; None without a file."""
     try:
         stat = path.stat()
     except (OSError, ValueError):
@@ -199,7 +199,7 @@ def _stamp(path: Path) -> tuple[int, int] | None:
 def attach_object(
     scene: Scene, item: Obstacle, robot: Robot, link: str, q: Floats, touch_links: tuple[str, ...] = ()
 ) -> Scene:
-    """The scene with its obstacle ``item`` carried by ``link``, as it stands to that in the configuration ``q``."""
+    """Return the scene with its obstacle ``item`` carried by ``link``, attached in configuration ``q``."""
     held = frozen(np.linalg.inv(_hand(robot, link, q)) @ item.placement)
     carried = Carried(link, item.name, item.shape, held, touch_links, speed_limit=item.speed_limit)
     obstacles = tuple(other for other in scene.obstacles if other is not item)
@@ -207,14 +207,14 @@ def attach_object(
 
 
 def detach_object(scene: Scene, item: Carried, robot: Robot, q: Floats) -> Scene:
-    """The scene with what it carries, ``item``, standing where the arm holds it in the configuration ``q``."""
-    put_down = Obstacle(item.name, item.shape, placement_of_carried(item, robot, q), speed_limit=item.speed_limit)
+    """Return the scene with the carried ``item`` as an obstacle, detached in configuration ``q``."""
+    put_down = Obstacle(item.name, item.shape, placement_in_hand(item, robot, q), speed_limit=item.speed_limit)
     carried = tuple(other for other in scene.carried if other is not item)
     return replace(scene, obstacles=(*scene.obstacles, put_down), carried=carried)
 
 
-def placement_of_carried(item: Carried, robot: Robot, q: Floats) -> Floats:
-    """The placement (4, 4) of a thing that a link carries, in the configuration ``q`` (dof,)."""
+def placement_in_hand(item: Carried, robot: Robot, q: Floats) -> Floats:
+    """Return the placement (4, 4) of a carried ``item`` in the configuration ``q`` (dof,)."""
     return frozen(_hand(robot, item.link, q) @ item.placement)
 
 
@@ -223,9 +223,9 @@ def _hand(robot: Robot, link: str, q: Floats) -> Floats:
 
 
 def sources_hash(request: SweepRequest | PlanRequest) -> str:
-    """SHA-256 (hex) over the files of a request: robot.yaml, URDF, SRDF, scene, the meshes of both, request, roadmap.
+    """Return SHA-256 (hex) over the files of a request: robot, scene, meshes, MoveIt request, roadmap.
 
-    Files that are missing or damaged are hashed as far as they are there: the plan refuses them.
+    Missing files are hashed as such: the plan refuses them.
     """
     digest = hashlib.sha256()
     what = request.what
@@ -239,7 +239,7 @@ def sources_hash(request: SweepRequest | PlanRequest) -> str:
 
 
 def robot_sources(name: str, srdf: StrPath | None = None) -> Iterator[Path]:
-    """robot.yaml or URDF, then files that they name: URDF, SRDF, meshes; each before it is read, if it can be."""
+    """Yield robot.yaml or URDF, then the files that they name: URDF, SRDF, meshes; each before it is read."""
     yield robot_file(name)
     with contextlib.suppress(PlannerError):
         folder, file = find_robot(name)
@@ -251,7 +251,7 @@ def robot_sources(name: str, srdf: StrPath | None = None) -> Iterator[Path]:
 
 
 def scene_sources(name: str) -> Iterator[Path]:
-    """The scene's file before it is read, and its meshes."""
+    """Yield the scene's file before it is read, and its meshes."""
     path = scene_file(name) or Path(name)
     yield path
     if path.suffix.lower() in (".yaml", ".yml") and path.is_file():

@@ -1,4 +1,4 @@
-"""The messages of a client: ``{"id": ..., "method": ..., "params": {...}, "timeout": s}``, text frames of JSON.
+"""The messages of a client: JSON ``{"id": ..., "method": ..., "params": {...}, "timeout": s}``.
 
 A request ends with one answer, ``{"id", "result"}`` or ``{"id", "error": {"kind", "message"}}``; events
 ``{"id", "event": "progress", ...}`` may come before it. Units are m, rad and s.
@@ -38,7 +38,7 @@ class Load(Strict):
 
 
 class Plan(Strict):
-    """Plan a path from start to goal, as the command line writes them or joint values; with ``motion`` in time too."""
+    """Plan a path from start to goal, given as text or joint values; ``motion``: a motion in time too."""
 
     start: Any = "start"
     goal: Any = "goal"
@@ -118,7 +118,7 @@ class Detach(Strict):
 
 
 class Change(Strict):
-    """Change the world, step by step; each step is whole or refused. Gate and planner know it with the answer."""
+    """Change the world of gate and planner, step by step; a wrong step changes nothing."""
 
     changes: list[Annotated[Move | Add | Remove | Attach | Detach, pydantic.Field(discriminator="do")]]
 

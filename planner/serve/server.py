@@ -72,17 +72,17 @@ def serve(host: str, port: int, token_file: Path | None, allow_xacro: bool, anno
 
 @contextmanager
 def run_server(token: str, host: str = HOST, port: int = 0, allow_xacro: bool = False) -> Iterator[str]:
-    """A server, gone when the block ends: its address.
+    """Run a server inside the block, and yield its address.
 
-    Only clients that send the ``token``, as ``Authorization: Bearer <token>``, are served; pages in a browser, which
-    send an Origin, are not. Raises :class:`PlannerError` for a port that cannot be used.
+    Clients must send the ``token``, as ``Authorization: Bearer <token>``; pages in a browser, which send an Origin, are
+    refused. Raises :class:`PlannerError` for a port that cannot be used.
     """
     if not 0 <= port <= 65535:
         raise OptionError(f"port must be from 1 to 65535, or 0 for any free one, got {port}.")
     connections: set[Connection] = set()
 
     def talk(client: ServerConnection) -> None:
-        """One client from its first frame to its last."""
+        """Serve one client from its first frame to its last."""
         connection = Connection(client, allow_xacro)
         connections.add(connection)
         with suppress(ConnectionClosed):
@@ -92,7 +92,7 @@ def run_server(token: str, host: str = HOST, port: int = 0, allow_xacro: bool = 
         connections.discard(connection)
 
     def admit(client: ServerConnection, request: Request) -> Response | None:
-        """None for a client that knows the token, else the answer that turns it away."""
+        """Return None for a client with the token, else the refusal."""
         given = request.headers.get("Authorization", "")
         if secrets.compare_digest(given.encode(), f"Bearer {token}".encode()):
             return None
@@ -123,7 +123,7 @@ def run_server(token: str, host: str = HOST, port: int = 0, allow_xacro: bool = 
 
 
 def load_token(path: Path) -> str:
-    """The token in a file that others cannot read; a random one is written where there is no file."""
+    """Return the token in a file that others cannot read; write a random one if there is no file."""
     try:
         with open(os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600), "w") as file:
             file.write(f"{secrets.token_hex(32)}\n")
@@ -140,7 +140,7 @@ def load_token(path: Path) -> str:
 
 
 class Connection:
-    """A gate and a session on the live world of one client; :meth:`take` its frames, then :meth:`close`."""
+    """A gate and a session on the live world of one client: :meth:`take` its frames, then :meth:`close`."""
 
     def __init__(self, client: Socket, allow_xacro: bool) -> None:
         self._socket, self._allow_xacro = client, allow_xacro
@@ -149,7 +149,7 @@ class Connection:
         self._worker = ThreadPoolExecutor(1, "work")
 
     def take(self, frame: str | bytes) -> None:
-        """Answer a frame, or begin the work that will; never raises for what a frame may hold."""
+        """Answer a frame, or begin its work; no content of a frame raises an error."""
         name = None
         try:
             data = _parse_frame(frame)
@@ -169,7 +169,7 @@ class Connection:
         self._worker.shutdown()
 
     def hang_up(self) -> None:
-        """End the connection at once, also while a thread waits in ``send``; then its work ends too."""
+        """End the connection and its work at once, also while a thread waits in ``send``."""
         with suppress(OSError):
             self._socket.socket.shutdown(socket.SHUT_RDWR)
 
@@ -177,9 +177,9 @@ class Connection:
         """Load or plan in the second thread, with events on progress."""
         name, last = request.id, 0.0
         if name in self._jobs:
-            raise OptionError(f"request {name!r} is under way already: give each an id of its own.")
+            raise OptionError(f"id of a request must be new, got {name!r} again: give each request its own id.")
         if len(self._jobs) >= _MOST_JOBS:
-            raise OptionError(f"{_MOST_JOBS} requests are under way already: wait for one, or cancel it.")
+            raise OptionError(f"requests at once must be at most {_MOST_JOBS}: wait for one, or cancel it.")
         cancelled = self._jobs[name] = threading.Event()
         until = time.monotonic() + (request.timeout or threading.TIMEOUT_MAX)
 
@@ -200,21 +200,21 @@ class Connection:
                     _go_on(is_over())
                 raise
             finally:
-                del self._jobs[name]  # a client that has the answer may use the id again
+                del self._jobs[name]  # the client may use the id again after the answer
 
         self._worker.submit(self._answer, name, work)
 
     def _do(self, asked: Any, progress: Progress) -> dict[str, Any]:
-        """The result of a message."""
+        """Return the result of a message."""
         if isinstance(asked, ask.Load):
             return self._load(asked, progress)
         if isinstance(asked, ask.Cancel):
             if asked.id not in self._jobs:
-                raise OptionError(f"request {asked.id!r} is not under way: it is answered already, or never came.")
+                raise OptionError(f"request {asked.id!r} not found: it is answered, or did not arrive.")
             self._jobs[asked.id].set()
             return {"cancelled": asked.id}
         if self._world is None:
-            raise OptionError("there is no world yet: load one first.")
+            raise OptionError("world not found: load one first.")
         gate, session = self._world
         if isinstance(asked, ask.Check):
             return _check(gate, asked)
@@ -267,11 +267,11 @@ class Connection:
             answer = _refusal(error)
         except Exception:  # a fault of ours: the server lives
             _log.exception("a request failed")
-            answer = _refusal(PlannerError("the planner failed on this request: its log says where."))
+            answer = _refusal(PlannerError("the planner failed on this request: see its log."))
         self._send(name, answer)
 
     def _send(self, name: Any, message: dict[str, Any]) -> None:
-        with suppress(OSError, EOFError, ConnectionClosed):  # the client is gone, and its work ends with it
+        with suppress(OSError, EOFError, ConnectionClosed):  # the client is gone; its work ends too
             self._socket.send(json.dumps({"id": name, **message}, ensure_ascii=False))
 
 
@@ -282,7 +282,7 @@ def _refusal(error: PlannerError) -> dict[str, Any]:
 
 def _go_on(stopped: bool) -> None:
     if stopped:
-        raise PlannerError("stopped before it was done: it was cancelled, or its time is over.")
+        raise PlannerError("request stopped before its end: it was cancelled, or its time is over.")
 
 
 def _change(gate: Gate, asked: ask.Change) -> dict[str, Any]:
@@ -331,7 +331,7 @@ def _record(trajectory: Trajectory | None, gate: Gate) -> dict[str, Any] | None:
 
 
 def _parse_frame(frame: str | bytes) -> Any:
-    """The data of a frame; :class:`OptionError` for a frame that is not JSON."""
+    """Return the data of a frame; :class:`OptionError` for a frame that is not JSON."""
     try:
         if isinstance(frame, bytes):
             raise ValueError("it is binary")
@@ -341,18 +341,20 @@ def _parse_frame(frame: str | bytes) -> Any:
 
 
 def _require_models(paths: Iterable[Path], allow_xacro: bool = False) -> None:
-    """Raise :class:`OptionError` unless all are regular files, the first one with a model, and none is xacro.
+    """Raise :class:`OptionError` unless all are regular files, the first one a model, and none is xacro.
 
-    Errors about a model quote it, and no other file may reach a client so. Missing files are left to the reader.
+    Errors quote a model, and a client must not read other files by them. The reader reports missing files.
     """
     for k, path in enumerate(paths):
         if os.path.exists(path) and not os.path.isfile(path):
-            raise OptionError(f"{path} is a folder, a pipe or a device: give the path of a file.")
+            raise OptionError(f"{path} must be a regular file: give the path of one.")
         if path.suffix.lower() == ".xacro" and not allow_xacro:
-            raise OptionError(f"{path} is xacro, whose expressions are run: start the server with --allow-xacro.")
+            raise OptionError(
+                f"{path} must not be xacro, whose expressions run on the server: start it with --allow-xacro."
+            )
         if k == 0 and path.suffix.lower() not in _MESHES and os.access(path, os.R_OK):
             with path.open("rb") as file:
                 if not _MODEL.search(file.read(1 << 20)):
-                    raise OptionError(f"{path} holds no robot, scene or joint limits: give the path of one.")
+                    raise OptionError(f"{path} must hold a robot, a scene or joint limits: give the path of one.")
         if path.suffix.lower() == ".xacro":  # which may name any file
             return

@@ -30,7 +30,7 @@ from planner.problem.options import AS_PLANNED, EMPTY, RobotLike, SceneLike
 from planner.problem.outcome import Outcome
 from planner.problem.request import LimitsRequest, PartialWorld, WorldRequest
 from planner.query.query import make_checker_for
-from planner.query.robots import attach_object, detach_object, placement_of_carried
+from planner.query.robots import attach_object, detach_object, placement_in_hand
 from planner.roadmap.storage import read_world_request
 from planner.robot.poses import pose
 from planner.robot.robot import Robot, with_carried, with_tool, without_carried
@@ -352,7 +352,7 @@ class _Replay:
     def pose(self, name: str, q: Floats) -> Floats:
         """Return the pose (4, 4) of an object in a configuration (dof,)."""
         if self.held is not None and self.held.name == name:
-            return placement_of_carried(self.held, self.robot, q)
+            return placement_in_hand(self.held, self.robot, q)
         return next(item for item in self.scene.obstacles if item.name == name).placement
 
     def apply(self, event: Event, q: Floats) -> None:

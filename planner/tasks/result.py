@@ -33,7 +33,7 @@ from planner.problem.options import RobotLike
 from planner.problem.outcome import Outcome, Record, Rows
 from planner.problem.request import TaskRequest
 from planner.query.query import make_checker_for
-from planner.query.robots import placement_of_carried
+from planner.query.robots import placement_in_hand
 from planner.roadmap.roadmap import Roadmap, RoadmapRecord
 from planner.roadmap.storage import load_roadmap, read_world_request, save_roadmap
 from planner.robot.moving import KnownMotion, MovingObstacle
@@ -305,7 +305,7 @@ def _scene_in_motion(plan: TaskPlan, motion: Trajectory) -> Scene:
 
     for item in plan.scene.carried:  # held at the start
         if item.name in names - set(objects):
-            objects[item.name], first = item, placement_of_carried(item, plan.robot, motion.at(0.0)[0])
+            objects[item.name], first = item, placement_in_hand(item, plan.robot, motion.at(0.0)[0])
             poses[item.name], held = [first], (item.name, np.linalg.inv(hand(0.0)) @ first)
     for now in at.tolist():
         while events and events[0][0] <= now:
