@@ -38,12 +38,12 @@ def part(coefficients: Floats, low: Floats, high: Floats) -> Floats:
 
 
 def powers(x: Floats, most: int) -> Floats:
-    """Return the powers (n, most + 1) of x (n,), as products: ``**`` varies by processor."""
+    """Return the powers (n, most + 1) of x (n,), by products, as ``**`` varies by processor."""
     return np.multiply.accumulate(np.column_stack([np.ones_like(x), *[x] * most]), axis=1)
 
 
 def bernstein(coefficients: Floats) -> Floats:
-    """The Bernstein coefficients (n, degree + 1, dof); a piece stays between their least and their largest."""
+    """Return Bernstein coefficients (n, degree + 1, dof), whose range bounds the polynomial."""
     return np.einsum("jk,nkd->njd", _to_bernstein(coefficients.shape[1] - 1), coefficients)
 
 

@@ -47,7 +47,7 @@ def build(
         place = choose_file(file) if outcome is Outcome.INTERRUPTED else file
         make_folder(place.parent)
         save_roadmap(result, place)
-    ending = "Start and goal are joined." if outcome is Outcome.SOLVED else outcome.value
+    ending = "Start and goal are connected." if outcome is Outcome.SOLVED else outcome.value
     components = "1 component" if result.component_count == 1 else f"{result.component_count} components"
     size = f"{len(result.nodes)} nodes, {len(result.edges)} edges, {components}"
     say(f"{size}. {ending} Written: {place}{other_place(file, place)}")

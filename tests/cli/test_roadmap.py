@@ -28,7 +28,7 @@ def kept(run: Run, tmp_path: Path) -> Path:
     """A small roadmap of planar_2r and a post, with its scene file."""
     code, out, err = run("roadmap", "build", str(tmp_path / "kept.npz"), *world(tmp_path), "--nodes", "60")
     assert code == 0, err
-    assert "60 nodes, 120 edges, 1 component. Start and goal are joined." in out
+    assert "60 nodes, 120 edges, 1 component. Start and goal are connected." in out
     return tmp_path / "kept.npz"
 
 
@@ -68,5 +68,5 @@ def test_an_interrupted_build_saves_its_roadmap(run: Run, tmp_path: Path, monkey
     interrupt_after(600, monkeypatch)
     code, out, err = run("roadmap", "build", str(tmp_path / "r.npz"), *world(tmp_path), "--nodes", "5000")
     assert code == 130, err
-    assert "Interrupted: this is what was done so far." in out
+    assert "Interrupted: the result is partial." in out
     assert 10 < len(load_roadmap(tmp_path / "r.npz").nodes) < 5000

@@ -66,11 +66,11 @@ def test_a_state_may_be_the_name_of_others(paper):
         np.testing.assert_array_equal(resolve(parse_target(name), paper, states, "start"), home[None])
         np.testing.assert_array_equal(resolve_as_is(parse_target(name), paper, states, "start"), home)
     assert len(resolve(parse_target("ends"), paper, states, "goal")) == 2
-    with pytest.raises(PlannerError, match="names 2 states"):
+    with pytest.raises(PlannerError, match="must be one state, got 2"):
         resolve_as_is(parse_target("ends"), paper, states, "start")
     own = states | {"home": "here"}
     np.testing.assert_allclose(resolve(parse_target("start"), paper, own, "start")[0], home + 0.1)
-    with pytest.raises(PlannerError, match=r"start 'nowhere' is not among the scene's states"):
+    with pytest.raises(PlannerError, match=r"start 'nowhere' not found; states of"):
         resolve(parse_target("start"), paper, {"start": "nowhere"}, "start")
 
 
@@ -88,8 +88,8 @@ STATES = {"here": "q:0,0,0,0,0,0,0", "round": "and", "and": "round"}
 SEVEN = (0.0,) * 7
 REFUSED: dict[str, tuple] = {  # a target, a part of the sentence, the kind of the reason
     "unknown name": (parse_target("goal"), "here, round, and, home", None),
-    "a circle": (parse_target("round"), "leads back to itself, by round, and", None),
-    "too few joints": (Joints((0.0,) * 6), "start has 6 joint values, iiwa14 has 7 planned joints", None),
+    "a circle": (parse_target("round"), "must not refer to itself, got round, and", None),
+    "too few joints": (Joints((0.0,) * 6), "start must have 7 joint values, got 6: planned joints of iiwa14", None),
     "NaN": (Joints((float("nan"), *SEVEN[1:])), "start must hold finite numbers", None),
     "infinite position": (Position((float("inf"), 0, 0)), "finite numbers", None),
     "above a limit": (Joints((0, 0, 0, 0, 0, 0, 3.2)), "by 0.146 rad", BeyondLimit),

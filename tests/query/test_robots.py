@@ -79,7 +79,7 @@ def test_home_is_free_and_not_singular_where_no_file_says_where_it_is(
     file = urdf_file(links + joints + joint_xml("end", "l3", "tip", "fixed", xyz=step))
     checker = make_checker_for(WorldRequest(file, "empty"))
     robot, (note,) = checker.robot, checker.robot.notes
-    assert "No file says where home is" in note.text
+    assert "No file has a home" in note.text
     assert f"home is q:{','.join(f'{value:g}' for value in robot.home.tolist())} instead" in note.text
     assert checker.first_contact(robot.home[None]) is None
     random = np.random.default_rng(5).uniform(robot.lower, robot.upper, size=(200, 3))

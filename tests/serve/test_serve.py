@@ -94,7 +94,7 @@ def test_gate_and_planner_know_a_change_and_each_client_has_its_own_world(addres
         ("load", {"limits": {"velocty_scale": 0.5}}, "unknown key 'limits.velocty_scale'"),
         ("load", {"robot": "nowhere"}, "robot 'nowhere' not found"),
         ("change", {"changes": [{"do": "remove", "name": "ghost"}]}, "'ghost' not found"),
-        ("cancel", {"id": 7_000}, "request 7000 is not under way"),
+        ("cancel", {"id": 7_000}, "request 7000 not found"),
     ],
 )
 def test_a_bad_request_gets_a_sentence_and_the_connection_lives(

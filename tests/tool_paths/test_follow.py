@@ -130,7 +130,7 @@ def test_what_is_to_be_kept_is_kept_and_named_where_it_is_in_the_way(constraint:
     assert isinstance(found.reason, CannotFollow)
     assert (found.reason.cause, found.reason.between, found.reason.point) == ("strays", (constraint,), point)
     assert 0 < found.reason.distance <= 0.1 + 1e-6
-    assert f"'{constraint}' is kept, and would be broken by" in found.message
+    assert f"the constraint '{constraint}' would be broken by" in found.message
     assert f" {unit}; move the path" in found.message
     assert all(pose_of(found.robot, q)[1][1] <= 0.05 for q in found.path)
     found.to_dict()
