@@ -91,7 +91,7 @@ ROWS = [
     (
         "plan --goal pose:0.4,0,0.6,0,0,0,0",
         3,
-        "goal: a quaternion of zero length has no direction; [0, 0, 0, 1] is no turn; give a unit "
+        "goal: quaternion must not be zero, got [0, 0, 0, 0]; [0, 0, 0, 1] is the identity; give a unit "
         "quaternion qx,qy,qz,qw.",
     ),
     (
@@ -194,8 +194,7 @@ ROWS = [
     (
         "plan --scene zero.yaml",
         3,
-        "scene file zero.yaml: 'obstacles.0.sphere' is wrong: a quaternion of zero length has no "
-        "direction; [0, 0, 0, 1] is no turn.",
+        "scene file zero.yaml: 'obstacles.0.sphere' is wrong: quaternion must not be zero, got [0, 0, 0, 0]; [0, 0, 0, 1] is the identity.",
     ),
     (
         "plan --scene twice.yaml",

@@ -34,7 +34,7 @@ def test_goals_of_equal_right():
         Named(("right",)),
         Joints((1.0,)),
     )
-    with pytest.raises(OptionError, match="empty state"):
+    with pytest.raises(OptionError, match="got an empty text"):
         parse_targets("goal;")
 
 
