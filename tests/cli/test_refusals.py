@@ -194,7 +194,8 @@ ROWS = [
     (
         "plan --scene zero.yaml",
         3,
-        "scene file zero.yaml: 'obstacles.0.sphere' is wrong: quaternion must not be zero, got [0, 0, 0, 0]; [0, 0, 0, 1] is the identity.",
+        "scene file zero.yaml: 'obstacles.0.sphere' is wrong: quaternion must not be zero, "
+        "got [0, 0, 0, 0]; [0, 0, 0, 1] is the identity.",
     ),
     (
         "plan --scene twice.yaml",
