@@ -5,6 +5,7 @@ from __future__ import annotations
 import tyro
 
 from benchmarks.attack.run import attack
+from benchmarks.clouds import clouds
 from benchmarks.first_motion.run import first_motion
 from benchmarks.gabf.run import gabf
 from benchmarks.gate.run import gate
@@ -18,7 +19,7 @@ from benchmarks.tradeoff.run import tradeoff
 from planner.cli.app import registry
 
 bench = tyro.extras.SubcommandApp()
-for command in (plan, first_motion, attack, gabf, gate, roadmap, optimum, tool_paths, tasks, tables, tradeoff):
+for command in (plan, first_motion, clouds, attack, gabf, gate, roadmap, optimum, tool_paths, tasks, tables, tradeoff):
     bench.command(command)
 
 
