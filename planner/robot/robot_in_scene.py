@@ -10,6 +10,7 @@ from planner.base.arrays import Floats, frozen
 from planner.base.errors import Note, RobotError, SceneError, choices
 from planner.base.yamlfile import quote, suggest_name
 from planner.robot.clouds import Seen
+from planner.robot.files.clouds import OCTOMAP
 from planner.robot.robot import Robot, frame_of_carried
 from planner.robot.scene import Scene
 from planner.robot.shapes import Carried, Mesh, bounding_box
@@ -18,7 +19,6 @@ from planner.robot.solids import is_watertight
 _SAME = 1e-6  # m, and of a matrix's entries
 _FAR = 50.0  # times the arm's length: millimetres read as metres are 1000 times too large
 _SHORT = 0.5  # m: minimum length in this test, because a hand may stand in a hall
-_OCTOMAP = "<octomap>"  # name in MoveIt's matrices, also without an octomap
 
 
 def placement_of_frame(frame: str, robot: Robot, scene: Scene, what: str) -> Floats:
@@ -158,7 +158,7 @@ def _name_notes(robot: Robot, scene: Scene) -> Iterator[Note]:
         yield Note(f"{where} is for robot '{message.robot}', but this robot is '{robot.name}'.")
     allowed, held = {*itertools.chain(*scene.allowed)}, {item.name: item.object for item in scene.carried}
     parts = {held.get(body.link, body.link) for body in robot.bodies}
-    known = {*robot.source.links, *parts, *held, *held.values(), _OCTOMAP}
+    known = {*robot.source.links, *parts, *held, *held.values(), OCTOMAP}
     known |= {name for item in scene.obstacles for name in (item.name, item.object)}
     known |= {item.name for item in scene.moving}
     if unknown := sorted({*allowed, *(link for item in scene.carried for link in item.touch_links)} - known):

@@ -12,7 +12,7 @@ from PIL import Image
 from planner import DepthImage, Points, Scene, Voxels
 from planner.base.errors import PlannerError, SceneError
 from planner.robot.clouds import estimate_covering_radius, merge_cells, split_blocks, split_regions
-from planner.robot.files.clouds import read_depth, read_points, read_voxels
+from planner.robot.files.clouds import decode_octomap, read_depth, read_points, read_voxels
 from planner.robot.solids import is_closed
 from tests.random_shapes import QUICK
 
@@ -169,3 +169,20 @@ def test_a_scene_file_holds_clouds_with_their_pose(tmp_path: Path) -> None:
     (tmp_path / "t.yaml").write_text("obstacles:\n  - {name: a, type: points, file: a.npy}\n")
     with pytest.raises(SceneError, match="give the pose of the sensor"):
         Scene.load(tmp_path / "t.yaml")
+
+
+def test_an_octomap_of_a_moveit_scene_is_solid_where_its_tree_says_so(tmp_path: Path) -> None:
+    pyoctomap = pytest.importorskip("pyoctomap")
+    tree, cells = pyoctomap.OcTree(0.1), np.unique(RNG.integers(-3, 4, (30, 3)), axis=0)
+    for cell in cells:
+        tree.updateNode(0.1 * (cell + 0.5), True)
+    for binary, write in ((True, tree.writeBinary), (False, tree.write)):
+        write(str(tmp_path / "tree"))
+        content = (tmp_path / "tree").read_bytes().partition(b"data\n")[2]
+        voxels = decode_octomap(content, 0.1, binary, "OcTree")
+        assert voxels is not None
+        solid = np.argwhere(voxels.occupied) + np.rint(voxels.origin / voxels.pitch).astype(int)
+        assert {tuple(row) for row in solid} == {tuple(row) for row in cells}
+        for broken in (content[:-1], content[:-2], content[: len(content) // 2], b""):
+            with pytest.raises(ValueError, match="not whole"):
+                decode_octomap(broken, 0.1, binary, "OcTree")

@@ -5,6 +5,7 @@ Formats: NPY, NPZ, PLY, XYZ, PCD, PointCloud2 in MCAP, octomaps, 16-bit PNG.
 
 import os
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 
 import numpy as np
@@ -16,7 +17,9 @@ from planner.base.files import StrPath
 from planner.robot.clouds import Voxels
 from planner.robot.files.meshes import read_vertices
 
+OCTOMAP = "<octomap>"  # its name in MoveIt's matrices
 _POINTS = (".npy", ".npz", ".ply", ".xyz", ".pcd", ".mcap")
+_MOST_CELLS = 2e8  # of a grid, a byte each
 _VOXELS = (".npz", ".bt", ".ot")
 
 
@@ -109,27 +112,57 @@ def _voxels(path: Path, scale: float) -> Voxels:
     if path.suffix.lower() == ".npz":
         with np.load(path, allow_pickle=False) as arrays:
             return Voxels(arrays["occupied"], float(arrays["pitch"]) * scale, arrays["origin"] * scale)
+    voxels = _voxels_of_tree(path, path.suffix.lower() == ".bt", scale)
+    if voxels is None:
+        raise ValueError("no cell is solid")
+    return voxels
+
+
+def _voxels_of_tree(path: Path, binary: bool, scale: float = 1.0) -> Voxels | None:
+    """Return the solid cells of an octomap file, None where all are free."""
     tree = require_extra("pyoctomap", "clouds").OcTree(1.0)
-    if path.suffix.lower() == ".ot":
+    if not binary:
         tree = tree.read(str(path))
     elif not tree.readBinary(str(path)):
-        raise ValueError("it is no binary octomap")
-    return voxels_of_leaves(
-        [(leaf.getCoordinate(), leaf.getSize()) for leaf in tree.begin_leafs() if tree.isNodeOccupied(leaf)],
-        tree.getResolution(),
-        scale,
-    )
+        raise ValueError("its tree is not whole")
+    leaves = [(leaf.getCoordinate(), leaf.getSize()) for leaf in tree.begin_leafs() if tree.isNodeOccupied(leaf)]
+    if not leaves:
+        return None
+    return voxels_of_leaves(leaves, tree.getResolution(), scale)
+
+
+def decode_octomap(content: bytes, pitch: float, binary: bool, kind: str) -> Voxels | None:
+    """Return the solid cells of an octomap_msgs/Octomap, None where all are free.
+
+    Raises ValueError for bytes that are not a whole tree of ``kind`` OcTree.
+    """
+    if kind != "OcTree" or not pitch > 0:
+        raise ValueError(f"id must be OcTree and resolution above 0, got '{kind}' and {pitch:g}")
+    children = [byte >> shift & 3 for byte in content for shift in (0, 2, 4, 6)]  # 0 unknown, 3 with children
+    if binary:
+        nodes, length = 1 + sum(map(bool, children)), 2 + 2 * children.count(3)
+    else:  # a float and a bit per child
+        nodes = 1 + sum(byte.bit_count() for byte in content[4::5])
+        length = 5 * nodes
+    if len(content) != length:
+        raise ValueError("its tree is not whole")
+    head = f"# Octomap OcTree {'binary ' * binary}file\nid OcTree\nsize {nodes}\nres {pitch!r}\ndata\n"
+    with TemporaryDirectory() as folder:
+        path = Path(folder) / "tree"
+        path.write_bytes(head.encode() + content)
+        return _voxels_of_tree(path, binary)
 
 
 def voxels_of_leaves(leaves: list[tuple[Any, float]], pitch: float, scale: float = 1.0) -> Voxels:
     """Return the solid leaves of an octree, given by centres (3,) and sizes, as voxels."""
-    if not leaves:
-        raise ValueError("no cell is occupied")
     middles, sizes = np.array([middle for middle, _ in leaves]), np.array([size for _, size in leaves])
     low = np.rint((middles - 0.5 * sizes[:, None]) / pitch).astype(int)
     count = np.maximum(1, np.rint(sizes / pitch)).astype(int)
     first = low.min(axis=0)
-    occupied = np.zeros((low + count[:, None]).max(axis=0) - first, dtype=bool)
+    size = (low + count[:, None]).max(axis=0) - first
+    if np.prod(size.astype(float)) > _MOST_CELLS:
+        raise ValueError(f"its cells take up a grid of {size.tolist()}")
+    occupied = np.zeros(size, dtype=bool)
     for (x, y, z), n in zip(low - first, count, strict=True):
         occupied[x : x + n, y : y + n, z : z + n] = True
     return Voxels(occupied, pitch * scale, first * pitch * scale)

@@ -222,8 +222,24 @@ class AllowedCollisionMatrix(Message):
         return frozenset(frozenset((names[i], names[j])) for i, j in zip(rows, columns, strict=True) if i != j)
 
 
+class Octomap(Message):
+    """An octree as bytes; ``binary``: two bits per child, else a float per node."""
+
+    binary: bool = False
+    id: Name = ""
+    resolution: Number = 0.0
+    data: tuple[Annotated[Whole, pydantic.Field(ge=-128, le=255)], ...] = ()
+
+
+class OctomapWithPose(Message):
+    header: Header = Header()
+    origin: PoseMessage = PoseMessage()
+    octomap: Octomap = Octomap()
+
+
 class World(Message):
     collision_objects: tuple[CollisionObject, ...] = ()
+    octomap: OctomapWithPose = OctomapWithPose()
 
 
 class PlanningSceneMessage(Message):

@@ -11,9 +11,11 @@ import numpy as np
 from planner.base.arrays import Floats
 from planner.base.errors import Note, SceneError
 from planner.base.yamlfile import find_duplicates, number, quote
+from planner.robot.files.clouds import OCTOMAP, decode_octomap
 from planner.robot.moveit.messages import (
     AttachedCollisionObject,
     CollisionObject,
+    OctomapWithPose,
     PlanningSceneMessage,
     SolidPrimitive,
     TransformStamped,
@@ -52,7 +54,7 @@ def parse_planning_scene(data: Any, path: Path) -> PlanningScene:
     return PlanningScene(
         message.name or path.stem,
         message.robot_model_name,
-        tuple(shape for item in objects for shape in _obstacles(item, where)),
+        (*(shape for item in objects for shape in _obstacles(item, where)), *_octomap(message.world.octomap, where)),
         read_attached(held, where),
         message.allowed_collision_matrix.pairs(True),
         message.allowed_collision_matrix.pairs(False),
@@ -154,6 +156,20 @@ def _obstacles(item: CollisionObject, where: str) -> Iterator[Obstacle]:
     for k, (shape, placement) in enumerate(zip(shapes, [*item.primitive_poses, *item.mesh_poses], strict=True)):
         name = item.id if len(shapes) == 1 else f"{item.id}.{k}"
         yield Obstacle(name, shape, item.pose.matrix() @ placement.matrix(), item.id, frame=item.header.frame_id)
+
+
+def _octomap(message: OctomapWithPose, where: str) -> Iterator[Obstacle]:
+    """The solid cells of an octomap under the name that MoveIt's matrices have for it."""
+    tree = message.octomap
+    if not tree.data:
+        return
+    try:
+        content = bytes(byte % 256 for byte in tree.data)
+        voxels = decode_octomap(content, tree.resolution, tree.binary, tree.id)
+    except ValueError as error:
+        raise SceneError(f"{where}: world.octomap cannot be read ({error}); export it again.") from None
+    if voxels is not None:
+        yield Obstacle(OCTOMAP, voxels, message.origin.matrix(), frame=message.header.frame_id)
 
 
 def _solid(primitive: SolidPrimitive, where: str) -> Shape:
