@@ -81,7 +81,7 @@ pythons: INSTALLED = .
 # the lock file holds every package with its hashes, for Python 3.11 to 3.13, and no address of a registry
 lock:
 	uv pip compile --quiet --universal --no-strip-extras --python-version 3.11 --generate-hashes --no-emit-index-url --no-annotate \
-		--custom-compile-command "make lock" --extra figures --extra interop --extra mjcf --extra xacro --extra notebooks --extra cluster --group dev --group docs pyproject.toml -o requirements.lock
+		--custom-compile-command "make lock" --extra clouds --extra figures --extra interop --extra mjcf --extra xacro --extra notebooks --extra cluster --group dev --group docs pyproject.toml -o requirements.lock
 	echo 'ziglang>=0.13' | uv pip compile --quiet --universal --no-strip-extras --python-version 3.11 --generate-hashes --no-emit-index-url \
 		--no-annotate --custom-compile-command "make lock" - -o compiler.lock
 

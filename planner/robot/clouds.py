@@ -225,8 +225,8 @@ class DepthImage:
         scene = planner.Scene("seen", image.obstacles("camera"))
 
     ``intrinsics`` of a pinhole camera are in pixels, also as a matrix (3, 3); ``pose`` (4, 4) places the camera in the
-    world: x right, y down, z forwards. Depths that are 0, NaN or outside ``limits`` (m) are holes, and a ray through a
-    hole crosses nothing. ``unknown``: cells of ``pitch`` (m) that no ray crossed, up to the far limit, are "solid" or
+    world: x right, y down, z forwards. Depths of 0, NaN or below the near one of ``limits`` (m) are holes, and a ray
+    through a hole crosses nothing; a depth beyond the far limit met nothing. ``unknown``: cells of ``pitch`` (m) that no ray crossed, up to the far limit, are "solid" or
     "free"; cells outside the view are free, or solid within the far limit with "solid everywhere". Space that the robot
     hides stays unknown. One pixel is used per cube of ``thinning`` (m).
     """
@@ -253,8 +253,8 @@ class DepthImage:
         if not (0 < near < far and (focal[:2] > 0).all() and self.pitch > 0 and self.thinning > 0):
             raise SceneError("DepthImage: focal lengths, pitch, thinning and limits must be above 0, near before far.")
         with np.errstate(invalid="ignore"):
-            seen = np.where((depth >= near) & (depth <= far), depth, 0.0)
-        object.__setattr__(self, "depth", frozen(seen))
+            seen = np.where(depth >= near, np.where(depth <= far, depth, np.inf), 0.0)
+        object.__setattr__(self, "depth", seen)
         object.__setattr__(self, "intrinsics", tuple(focal.tolist()))
         object.__setattr__(self, "pose", frozen(placement("DepthImage.pose", self.pose, SceneError, FARTHEST)))
 
@@ -271,7 +271,8 @@ class DepthImage:
         Its covering radius is an estimate: half the diagonal of four neighbouring pixels of one surface, at the 99 %
         quantile, plus the largest distance of an unused pixel from its representative.
         """
-        xyz, there = self.positions(), self.depth > 0
+        there = (self.depth > 0) & np.isfinite(self.depth)
+        xyz = self.positions(np.where(there, self.depth, 0.0))
         if not there.any():
             return None
         corners = xyz[:-1, :-1], xyz[:-1, 1:], xyz[1:, :-1], xyz[1:, 1:]
@@ -284,11 +285,11 @@ class DepthImage:
         dropped = float(np.linalg.norm(points - points[first][which], axis=1).max())
         return Points(points[np.sort(first)], gap + dropped, self.noise, self.calibration, is_estimated=True)
 
-    def positions(self) -> Floats:
-        """Return the positions (h, w, 3) m of pixels in the camera's frame."""
+    def positions(self, depth: Floats) -> Floats:
+        """Return where pixels of ``depth`` (h, w) m are in the camera's frame (h, w, 3), m."""
         fx, fy, cx, cy = self.intrinsics
-        row, column = np.indices(self.depth.shape)
-        return np.stack([(column - cx) / fx * self.depth, (row - cy) / fy * self.depth, self.depth], axis=2)
+        row, column = np.indices(depth.shape)
+        return np.stack([(column - cx) / fx * depth, (row - cy) / fy * depth, depth], axis=2)
 
     def unknown_space(self) -> Voxels | None:
         """Return the cells in the camera's frame that no ray crossed, or None without any."""

@@ -1,5 +1,6 @@
 """Points, voxels and depth images: which part of space counts as solid, against grids and rays counted one by one."""
 
+import io
 from pathlib import Path
 
 import numpy as np
@@ -7,7 +8,9 @@ import pytest
 import trimesh
 from hypothesis import given
 from hypothesis.extra.numpy import arrays
+from mcap_ros2.writer import Writer
 from PIL import Image
+from pypcd4 import PointCloud
 
 from planner import DepthImage, Points, Scene, Voxels
 from planner.base.errors import PlannerError, SceneError
@@ -16,6 +19,30 @@ from planner.robot.files.clouds import decode_octomap, read_depth, read_points, 
 from planner.robot.solids import is_closed
 from tests.random_shapes import QUICK
 
+POINT_CLOUD = """std_msgs/Header header
+uint32 height
+uint32 width
+sensor_msgs/PointField[] fields
+bool is_bigendian
+uint32 point_step
+uint32 row_step
+uint8[] data
+bool is_dense
+================================================================================
+MSG: std_msgs/Header
+builtin_interfaces/Time stamp
+string frame_id
+================================================================================
+MSG: builtin_interfaces/Time
+int32 sec
+uint32 nanosec
+================================================================================
+MSG: sensor_msgs/PointField
+string name
+uint32 offset
+uint8 datatype
+uint32 count
+"""
 RNG = np.random.default_rng(3)
 XYZ = np.round(RNG.random((60, 3)), 3)
 
@@ -103,18 +130,18 @@ def test_blocks_and_regions_hold_each_sample_once_and_blocks_stay_the_same() -> 
 def test_space_behind_what_was_seen_is_solid_and_space_in_front_is_free(unknown: str) -> None:
     """Against rays: on each, cells before the depth are free, cells behind it are solid up to the far limit."""
     depth = np.full((48, 64), 1.0)
-    depth[10:30, 20:40], depth[:8, :8] = 0.5, 0.0  # something nearer, and a hole
+    depth[10:30, 20:40], depth[:8, :8], depth[40:, 50:] = 0.5, 0.0, 7.0  # something nearer, a hole, and nothing
     image = DepthImage(depth, (60, 60, 32, 24), np.eye(4), limits=(0.1, 1.5), unknown=unknown)  # type: ignore[arg-type]
     surface = image.surface()
     assert surface is not None
-    shown = image.positions()[depth > 0]
+    shown = image.positions(depth)[(depth > 0) & (depth < 1.5)]
     nearest = [np.linalg.norm(surface.vertices - point, axis=1).min() for point in shown[::37]]
     assert max(nearest) <= surface.radius
     space = image.unknown_space() if unknown != "free" else None
     assert [item.name for item in image.obstacles("c")] == ["c", "c_unknown"][: 1 + (unknown != "free")]
     if space is None:
         return
-    for row, column in [(20, 30), (40, 50), (2, 2), (30, 10)]:
+    for row, column in [(20, 30), (38, 50), (2, 2), (30, 10), (45, 60)]:
         ray = np.array([(column - 32) / 60, (row - 24) / 60, 1.0])
         for z in np.arange(0.4, 1.45, 0.01):
             at = np.floor((z * ray - space.origin) / space.pitch).astype(int)
@@ -125,12 +152,33 @@ def test_space_behind_what_was_seen_is_solid_and_space_in_front_is_free(unknown:
     assert inside == (unknown == "solid everywhere")
 
 
+def point_cloud_bag(xyz: np.ndarray) -> bytes:
+    """An MCAP file with a PointCloud2 whose fields stand in another order, with padding between rows and points."""
+    file = io.BytesIO()
+    writer = Writer(file)
+    schema = writer.register_msgdef("sensor_msgs/msg/PointCloud2", POINT_CLOUD)
+    layout = np.dtype({"names": ["z", "x", "y"], "formats": ["<f4"] * 3, "offsets": [8, 0, 4], "itemsize": 16})
+    points = np.zeros(len(xyz), dtype=layout)
+    for k, name in enumerate("xyz"):
+        points[name] = xyz[:, k]
+    rows = points.view(np.uint8).reshape(2, -1)
+    rows = np.hstack([rows, np.full((2, 5), 7, dtype=np.uint8)])
+    fields = [{"name": name, "offset": 4 * k, "datatype": 7, "count": 1} for k, name in enumerate("xyz")]
+    message = {"header": {}, "height": 2, "width": len(xyz) // 2, "fields": fields, "is_bigendian": False}
+    message |= {"point_step": 16, "row_step": rows.shape[1], "data": rows.tobytes(), "is_dense": True}
+    writer.write_message("/points", schema, message, 0, 0, 0)
+    writer.finish()
+    return file.getvalue()
+
+
 def test_points_survive_every_file_format(tmp_path: Path) -> None:
     np.save(tmp_path / "a.npy", XYZ)
     np.savez(tmp_path / "a.npz", xyz=XYZ)
     np.savetxt(tmp_path / "a.xyz", XYZ)
     trimesh.PointCloud(XYZ).export(tmp_path / "a.ply")
-    for ending in ("npy", "npz", "xyz", "ply"):
+    PointCloud.from_xyz_points(XYZ.astype(np.float32)).save(tmp_path / "a.pcd")
+    (tmp_path / "a.mcap").write_bytes(point_cloud_bag(XYZ))
+    for ending in ("npy", "npz", "xyz", "ply", "pcd", "mcap"):
         np.testing.assert_allclose(read_points(tmp_path / f"a.{ending}", 2.0), 2.0 * XYZ, atol=1e-6)
 
 
