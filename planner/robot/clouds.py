@@ -226,9 +226,10 @@ class DepthImage:
 
     ``intrinsics`` of a pinhole camera are in pixels, also as a matrix (3, 3); ``pose`` (4, 4) places the camera in the
     world: x right, y down, z forwards. Depths of 0, NaN or below the near one of ``limits`` (m) are holes, and a ray
-    through a hole crosses nothing; a depth beyond the far limit met nothing. ``unknown``: cells of ``pitch`` (m) that no ray crossed, up to the far limit, are "solid" or
-    "free"; cells outside the view are free, or solid within the far limit with "solid everywhere". Space that the robot
-    hides stays unknown. One pixel is used per cube of ``thinning`` (m).
+    through a hole crosses nothing; a ray with a depth beyond the far limit met nothing. ``unknown``: cells of ``pitch``
+    (m) that no ray crossed, up to the far limit, are "solid" or "free"; cells outside the view are free, or solid
+    within the far limit with "solid everywhere". Space that the robot hides stays unknown. One pixel is used per cube
+    of ``thinning`` (m).
     """
 
     depth: Floats
