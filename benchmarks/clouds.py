@@ -7,6 +7,9 @@ and libraries in memory, after one plan that is not counted. Ready is from the p
 the first proven path; medians of the wall clock, to be read as ratios. Contacts: path segments on which coal, with the
 true shapes, finds a contact at every millimetre of motion. Limitations. The true shapes are primitives: their samples
 are without noise. With a covering radius near the distance of a start or goal to an obstacle the problem is refused.
+
+Columns. ``outcome`` and ``message``; ``points``, their ``radius_mm`` and true covering radius ``covering_mm``;
+``ready_s`` and ``first_s``; ``contacts`` with the true shapes.
 """
 
 from __future__ import annotations
@@ -14,7 +17,7 @@ from __future__ import annotations
 import itertools
 import time
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -28,7 +31,7 @@ from benchmarks.problems import Problem, find_problems
 from planner.base.arrays import Floats
 from planner.base.errors import PlannerError
 from planner.base.progress import Progress
-from planner.batch.run import CRASHED, NO_PATH, REFUSED, SOLVED
+from planner.batch.run import NO_PATH, REFUSED, SOLVED
 from planner.planning.plan import plan
 from planner.problem.request import PlanRequest, RoadmapRequest
 from planner.problem.targets import joints_text
@@ -39,25 +42,6 @@ from planner.robot.shapes import Box, Cylinder, Mesh, Obstacle, Shape, Sphere
 
 TRUE, COVERING, ESTIMATED, VAMP = "true shapes", "covering radius", "estimated radius", "2.5 mm (VAMP)"
 _DENSE = 200_000  # samples that stand for the surface
-
-
-@dataclass(frozen=True)
-class Row(bench.Row):
-    """One problem in one world: up to ``software`` what was asked, then the results, None where there are none."""
-
-    problem: str
-    world: str
-    filter_mm: float
-    samples: int
-    software: str
-    outcome: str = CRASHED
-    message: str = ""
-    points: int | None = None
-    radius_mm: float | None = None
-    covering_mm: float | None = None
-    ready_s: float | None = None
-    first_s: float | None = None
-    contacts: int | None = None
 
 
 def clouds(
@@ -81,12 +65,12 @@ def clouds(
     bench.require_left_to_problems(request)
     worlds = [(TRUE, 0.0), *itertools.product((COVERING, ESTIMATED, VAMP), filters)]
     for problem, (world, filter_mm) in itertools.product(find_problems(folder), worlds):
-        row = Row(problem.name, world, filter_mm, samples, bench.software())
+        row = bench.make_settings("problem world filter_mm samples", problem.name, world, filter_mm, samples)
         cases.append(bench.Case((row,), (problem, request, row)))
     return bench.run_bench(BENCH, out, cases, measure)
 
 
-def measure(task: tuple[Problem, PlanRequest, Row], progress: Progress) -> bench.Columns:
+def measure(task: tuple[Problem, PlanRequest, bench.Row], progress: Progress) -> bench.Columns:
     """Return the columns of one row."""
     problem, plain, row = task
     try:
@@ -153,7 +137,7 @@ def surface_of(shape: Shape) -> Any:
     raise TypeError(f"no surface is made of a {type(shape).__name__}.")
 
 
-def tables(rows: Sequence[Row]) -> list[str]:
+def tables(rows: Sequence[bench.Row]) -> list[str]:
     """Return a line per world and filter."""
     columns = {
         "problems": len,
@@ -168,21 +152,21 @@ def tables(rows: Sequence[Row]) -> list[str]:
     return bench.table(rows, ("world", "filter_mm"), columns)
 
 
-def _is_below(row: Row) -> bool | None:
+def _is_below(row: bench.Row) -> bool | None:
     return None if row.radius_mm is None or row.covering_mm is None else row.radius_mm < row.covering_mm
 
 
-def aims(rows: Sequence[Row]) -> list[Any]:
+def aims(rows: Sequence[bench.Row]) -> list[Any]:
     """Return the promise: no contact with the true shapes where the radius is the covering radius."""
     safe = [row.contacts == 0 for row in rows if row.world == COVERING and row.contacts is not None]
     return [bench.tally("paths at the covering radius touch none of the true shapes.", safe, "")]
 
 
-def fault(row: Row) -> str:
+def fault(row: bench.Row) -> str:
     """Return a sentence on a contact that the promise rules out."""
     if row.world != COVERING or not row.contacts:
         return ""
     return f"{row.problem}, filter {row.filter_mm:g} mm: {row.contacts} contacts."
 
 
-BENCH = bench.Bench("clouds", Row, __doc__, tables, aims, fault, must_hold=True)
+BENCH = bench.Bench("clouds", __doc__, tables, aims, fault, must_hold=True)

@@ -62,7 +62,7 @@ DOORS = {
     "joblib": {"planner.batch.parallel"},
     "distributed": {"planner.batch.parallel"},
     "robot_descriptions": {"planner.robot.files.robot_files"},
-    "trimesh": {"planner.robot.files.meshes"},
+    "trimesh": {"planner.robot.files.meshes", "benchmarks.clouds"},
     "mujoco": {"planner.robot.files.mjcf"},
     "xacro": {"planner.robot.files.packages"},
     "toppra": {"benchmarks.others.toppra_law"},
