@@ -95,7 +95,7 @@ REFUSED: dict[str, tuple] = {  # a target, a part of the sentence, the kind of t
     "above a limit": (Joints((0, 0, 0, 0, 0, 0, 3.2)), "by 0.146 rad", BeyondLimit),
     "below a limit": (Joints((0, -2.2, 0, 0, 0, 0, 0)), "by 0.106 rad", BeyondLimit),
     "in collision": (Joints((0, 1.0, 0, 0, 0, 0, 0)), "and 'thing0' touch", Touching),
-    "zero quaternion": (Pose((0.5, 0, 0.5), (0, 0, 0, 0)), "zero length", None),
+    "zero quaternion": (Pose((0.5, 0, 0.5), (0, 0, 0, 0)), "must not be zero", None),
     "out of reach": (Position((0, 1.5, 0.36)), "0.554 m beyond the arm's reach", OutOfReach),
     "limits forbid it": (Position((0, 0, 0.4)), "joint limits or orientation forbid it", OutOfReach),
     "only in collision": (Position((0.5, 0, 0.5)), "configurations, all in collision", Touching),
