@@ -23,7 +23,7 @@ from typing import Annotated, Any
 
 import numpy as np
 import trimesh
-from scipy.spatial import cKDTree
+from scipy.spatial import KDTree
 
 from benchmarks import bench
 from benchmarks.looks import FirstPath, other_checker, path_contacts
@@ -81,7 +81,7 @@ def measure(task: tuple[Problem, PlanRequest, bench.Row], progress: Progress) ->
     scene = replace(query.scene, carried=())
     if row.world != TRUE:
         xyz, dense = sample_surfaces(scene, row.samples, row.filter_mm * 1e-3)
-        covering = float(cKDTree(xyz).query(dense)[0].max()) * (1 + 1e-9)
+        covering = float(KDTree(xyz).query(dense)[0].max()) * (1 + 1e-9)
         radius = {COVERING: covering, ESTIMATED: None, VAMP: 2.5e-3}[row.world]
         cloud = Points(xyz, radius)
         scene = replace(scene, obstacles=(Obstacle("cloud", cloud, np.eye(4)),), notes=())
@@ -116,7 +116,7 @@ def sample_surfaces(scene: Scene, samples: int, spacing: float) -> tuple[Floats,
 
 def _thin(points: Floats, spacing: float) -> np.ndarray:
     """Return which points (n,) stay when each drops all later ones that are nearer than ``spacing`` (m)."""
-    stay, tree = np.ones(len(points), dtype=bool), cKDTree(points)
+    stay, tree = np.ones(len(points), dtype=bool), KDTree(points)
     for k, near in enumerate(tree.query_ball_point(points, spacing)):
         if stay[k]:
             stay[[j for j in near if j > k]] = False

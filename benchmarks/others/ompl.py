@@ -117,7 +117,7 @@ class OmplPaths(TreePlanners):
             return None
         found = problem.getSolutionPath()
         if name not in _OPTIMISING:
-            with self._seeded():
+            with self._seed_ompl():
                 simplifier = og.PathSimplifier(self._info)
             simplifier.simplifyMax(found)
         return self._configurations(found)

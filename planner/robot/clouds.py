@@ -17,7 +17,7 @@ from typing import Any, Literal
 import numpy as np
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
-from scipy.spatial import cKDTree
+from scipy.spatial import KDTree
 
 from planner.base.arrays import Bools, Floats, Ints, distinct_rows, frozen, numbers, placement, plain_numbers
 from planner.base.errors import Note, SceneError
@@ -109,7 +109,7 @@ class Points(Seen):
         Points in one grid cell, whose diagonal is the balls' diameter, are connected.
         """
         first = distinct_rows(np.floor(self.vertices * (np.sqrt(3.0) / (2.0 * self.radius))))[0]
-        near = cKDTree(self.vertices[first]).query_pairs(2.0 * self.radius, output_type="ndarray")
+        near = KDTree(self.vertices[first]).query_pairs(2.0 * self.radius, output_type="ndarray")
         graph = coo_array((np.ones(len(near)), near.T), shape=(len(first), len(first)))
         component = connected_components(graph, directed=False)[1]
         return frozen(self.vertices[first[np.unique(component, return_index=True)[1]]])
@@ -188,19 +188,19 @@ def split_regions(name: str, cloud: Points, placement: Floats, regions: Mapping[
 
 def split_blocks(name: str, cloud: Points, placement: Floats, known: Iterable[Obstacle] = ()) -> list[Obstacle]:
     """Return the cloud as obstacles of object ``name``, one per cube of a grid; reuse ``known`` blocks."""
-    same = {(item.name, *_key(item)): item for item in known if isinstance(item.shape, Points)}
+    same = {(item.name, *_key(item.shape, item.placement)): item for item in known if isinstance(item.shape, Points)}
     cells = np.floor(cloud.vertices / _BLOCK).astype(np.int64)
     first, which = distinct_rows(cells.astype(float))
     made = []
     for k, start in enumerate(first):
-        block = f"{name}[{', '.join(map(str, cells[start].tolist()))}]"
-        item = Obstacle(block, cloud.part(which == k), placement, object_id=name)
-        made.append(same.get((item.name, *_key(item)), item))
+        block, part = f"{name}[{', '.join(map(str, cells[start].tolist()))}]", cloud.part(which == k)
+        item = same.get((block, *_key(part, placement)))
+        made.append(item or Obstacle(block, part, placement, object_id=name))
     return made
 
 
-def _key(item: Obstacle) -> tuple[bytes, bytes, float]:
-    return item.shape.vertices.tobytes(), item.placement.tobytes(), item.shape.radius
+def _key(cloud: Points, placement: Floats) -> tuple[bytes, bytes, float]:
+    return cloud.vertices.tobytes(), placement.tobytes(), cloud.radius
 
 
 def estimate_covering_radius(points: Floats) -> float:
@@ -213,7 +213,7 @@ def estimate_covering_radius(points: Floats) -> float:
     if len(points) <= _NEIGHBOURS:
         raise SceneError(f"Points.radius must be given for {len(points)} points: an estimate needs at least 9.")
     some = points[:: max(1, len(points) // 20_000)]
-    distance = cKDTree(points).query(some, k=[_NEIGHBOURS + 1])[0]
+    distance = KDTree(points).query(some, k=_NEIGHBOURS + 1)[0][:, -1]
     return float(np.quantile(distance, _QUANTILE))
 
 

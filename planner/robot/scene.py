@@ -280,10 +280,13 @@ def _shape(item: ObstacleFile | CarriedFile, folder: Path) -> Shape:
         case "voxels":
             return read_voxels(folder / item.file, item.scale)
         case "points":
-            xyz = read_points(folder / item.file, item.scale)
-            return Points(xyz, item.radius, item.noise, item.calibration)
+            return _points(item, folder)
     shape = _SHAPES[item.type]
     return shape(*(getattr(item, key) for key in get_type_hints(shape)))
+
+
+def _points(item: Any, folder: Path) -> Points:
+    return Points(read_points(folder / item.file, item.scale), item.radius, item.noise, item.calibration)
 
 
 def read_obstacle(item: ObstacleFile, folder: Path = Path()) -> list[Obstacle | MovingObstacle]:
@@ -295,7 +298,7 @@ def read_obstacle(item: ObstacleFile, folder: Path = Path()) -> list[Obstacle | 
             raise SceneError(f"obstacle '{item.name}': a depth image must stand, got a motion or a speed limit.")
         return [*DepthImage(depth, pose=item.matrix(), **settings).obstacles(item.name)]
     if item.type == "points" and item.regions:
-        return [*split_regions(item.name, _shape(item, folder), item.matrix(), item.regions)]
+        return [*split_regions(item.name, _points(item, folder), item.matrix(), item.regions)]
     if not item.motion:
         return [Obstacle(item.name, _shape(item, folder), item.matrix(), speed_limit=item.speed_limit)]
     motion = KnownMotion([pose.t for pose in item.motion], [pose.matrix() for pose in item.motion])

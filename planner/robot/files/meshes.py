@@ -82,7 +82,8 @@ def read_vertices(path: Path) -> Floats:
     import trimesh  # 0.4 s to load
 
     with PROCESS, np.errstate(all="ignore"):
-        return np.asarray(trimesh.load(path, process=False).vertices, dtype=float)
+        cloud: Any = trimesh.load(path, process=False)
+        return np.asarray(cloud.vertices, dtype=float)
 
 
 def read_link_mesh(path: Path, scale: Floats) -> Mesh:
