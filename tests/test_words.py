@@ -19,23 +19,6 @@ MODULES = sorted((ROOT / "planner").rglob("*.py"))
 PAGES = [ROOT / "README.md", *(page for page in sorted((ROOT / "docs").rglob("*.md")) if "_build" not in page.parts)]
 NOTEBOOKS = sorted((ROOT / "notebooks").glob("*.ipynb"))
 
-# rooms and pages that are still to be rewritten; the list is emptied at the end of issue 60
-UNFINISHED: set[str] = {
-    "planner/certificate/",
-    "planner/collision/",
-    "planner/cost/",
-    "planner/figures/",
-    "planner/gabf/",
-    "planner/kinematics/",
-    "planner/planning/",
-    "planner/roadmap/",
-    "planner/robot/",
-    "planner/search/",
-    "planner/session/",
-    "planner/tasks/",
-    "planner/tradeoff/",
-}
-
 BANNED = re.compile(
     r"\b(nobody|whoever|told|said of|came of|for want of|all the same|by then|beside|aside|once more|anew)\b", re.I
 )
@@ -162,21 +145,14 @@ def faults_of_page(path: Path) -> list[str]:
 # tests
 
 
-def is_unfinished(path: Path) -> bool:
-    name = path.relative_to(ROOT).as_posix()
-    return any(name.startswith(part) for part in UNFINISHED)
-
-
 @pytest.mark.parametrize("path", MODULES, ids=lambda path: path.relative_to(ROOT).as_posix())
 def test_a_module_uses_the_words_of_the_house(path: Path) -> None:
-    if not is_unfinished(path):
-        assert not faults_of_module(path)
+    assert not faults_of_module(path)
 
 
 @pytest.mark.parametrize("path", [*PAGES, *NOTEBOOKS], ids=lambda path: path.relative_to(ROOT).as_posix())
 def test_a_page_uses_the_words_of_the_house(path: Path) -> None:
-    if not is_unfinished(path):
-        assert not faults_of_page(path)
+    assert not faults_of_page(path)
 
 
 def test_faults_are_seen(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

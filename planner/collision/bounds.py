@@ -198,12 +198,12 @@ def _add_targets(native: NativeWorld, item: int, obstacle: Obstacle) -> None:
         half = np.array([shape.radius, 0.0, 0.5 * shape.length])
         native.add_target(item, turn, shift, half, 0.0, True)
         return
-    centres, halves, radius = _rounded_boxes(shape)
+    centres, halves, radius = _enclosing_boxes(shape)
     for centre, half in zip(centres, halves, strict=True):
         native.add_target(item, turn, product(turn, centre) + shift, half, radius, False)
 
 
-def _rounded_boxes(shape: Shape) -> tuple[Floats, Floats, float]:
+def _enclosing_boxes(shape: Shape) -> tuple[Floats, Floats, float]:
     """Return centres (k, 3), half sizes (k, 3) and the radius of rounded boxes that contain a shape."""
     match shape:
         case Sphere(radius):

@@ -107,7 +107,7 @@ def _make_queries(items: tuple[Shape, ...], bodies: int, checked: bytes, own: by
     known = {k: solid_of(shape) for k, shape in enumerate(shapes) if isinstance(shape, Mesh)}
     solids = {k: solid for k, solid in known.items() if solid is not None}
     measures = shape_measures(shapes)
-    pair, first, second = _checked_pairs(len(items), bodies, checked, own)
+    pair, first, second = _pairs_to_check(len(items), bodies, checked, own)
     holds = np.zeros((len(shapes), len(shapes)), dtype=bool)  # [outer, inner]
     for k, solid in solids.items():
         holds[k] = could_contain(solid, measures)
@@ -136,7 +136,7 @@ def _make_queries(items: tuple[Shape, ...], bodies: int, checked: bytes, own: by
     )
 
 
-def _checked_pairs(count: int, bodies: int, checked: bytes, own: bytes) -> tuple[Ints, Ints, Ints]:
+def _pairs_to_check(count: int, bodies: int, checked: bytes, own: bytes) -> tuple[Ints, Ints, Ints]:
     """Return the numbers (k,) of the checked pairs, and of their first and second items (k,)."""
     shape = bodies, count - bodies
     scene, self_pairs = np.frombuffer(checked, dtype=np.bool_), np.frombuffer(own, dtype=np.int64).reshape(-1, 2)

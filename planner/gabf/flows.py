@@ -71,7 +71,7 @@ class Flow(ABC):
 
     @property
     def far_power(self) -> float:
-        """From far away s falls as tau^(-1/far_power); 1 where it falls exponentially, at the law's pace."""
+        """From far away s falls as tau^(-1/far_power); 1 where it falls exponentially at the pace."""
         return 1.0
 
     def longest_step(self, size: float) -> float:

@@ -67,7 +67,7 @@ def robot_of(request: WorldRequest, scene: Scene, message: MotionPlanRequest | N
     choice = JointChoice(request.group, request.joints)
     if message is not None:
         choice, start = choose_joints(message, choice, files), start_values(message, scene)
-        planned = files.planned_joints(tool, choice, fixed)
+        planned = files.select_joints(tool, choice, fixed)
         free = [name for name in files.model.names[1:] if name in start and name not in planned]
         held = {name: start[name] for name in free if files.description.mimic(name).leader not in planned}
         _log.info("joints that are not planned are held as the request has them: %s", held or "it names none")

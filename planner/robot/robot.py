@@ -312,7 +312,7 @@ def assemble(
 ) -> Robot:
     """Return the robot of ``files``, with arguments as in :meth:`Robot.load`."""
     file, description, on_tool = files.file, files.description, files.notes_on_tool(tool, choice)
-    tool, planned = files.tool(tool, choice), files.planned_joints(tool, choice, fixed or {})
+    tool, planned = files.tool(tool, choice), files.select_joints(tool, choice, fixed or {})
     _check_joints(files, planned, tool)
     fixed = {**file.fixed_joints, **(fixed or {})}
     # joints that are neither planned nor fixed stay at home, unless that is zero; mimic joints follow

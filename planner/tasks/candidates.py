@@ -221,7 +221,7 @@ class Candidates:
         modes, empty = self.modes, 0 if isinstance(step, Pick) else 2
         motions, places = np.array([one.motions for one in candidates]), np.array([one.place for one in candidates])
         modes.prove(ARM, motions.ravel())
-        is_open = (modes.known(ARM)[motions] != BLOCKED).all(axis=1)
+        is_open = (modes.verdicts_of(ARM)[motions] != BLOCKED).all(axis=1)
         for place in np.unique(places).tolist():
             modes.prove(self._at_object(place), motions[(places == place) & is_open, empty])
         hits = []

@@ -102,13 +102,13 @@ class Modes:
         fixed obstacles, and against each standing object.
         """
 
-        def allowed_of(name: str) -> Pairs:
+        def permissions_of(name: str) -> Pairs:
             return frozenset(pair for pair in mode.allowed if name in pair)
 
-        allowed = {at: allowed_of(self.placements[at].object) for at in mode.standing}
+        allowed = {at: permissions_of(self.placements[at].object) for at in mode.standing}
         clauses = [ARM, *(Mode((at,), None, pairs) for at, pairs in allowed.items())]
         if mode.held is not None:
-            mine = allowed_of(self.grasps[mode.held].object)
+            mine = permissions_of(self.grasps[mode.held].object)
             clauses.append(Mode((), mode.held, mine.difference(*allowed.values())))
             clauses += [Mode((at,), mode.held, mine & pairs) for at, pairs in allowed.items()]
         return clauses
@@ -140,7 +140,7 @@ class Modes:
             self._provers[clause] = EdgeProver(checker, self.progress, "proofs").only(np.append(scene, own))
         return self._provers[clause]
 
-    def known(self, clause: Mode) -> Ints:
+    def verdicts_of(self, clause: Mode) -> Ints:
         """Return OPEN, FREE or BLOCKED (motions,) in a clause."""
         have = self.verdicts.get(clause, np.zeros(0, dtype=np.int64))
         if len(have) < self.motions.count:
@@ -149,7 +149,7 @@ class Modes:
 
     def prove(self, clause: Mode, numbers: Ints) -> None:
         """Prove the open ones of the motions ``numbers`` (k,) in a clause."""
-        known = self.known(clause)
+        known = self.verdicts_of(clause)
         todo = np.unique(numbers[known[numbers] == OPEN])
         if not len(todo):
             return

@@ -113,7 +113,7 @@ def build_task_network(candidates: Candidates, roadmap: Roadmap, objective: Obje
     """Build the network of a task's candidates over ``roadmap``, whose first start is that of the task."""
     modes, (first, second), n = candidates.modes, roadmap.edges.T, len(roadmap.nodes)
     along = modes.motions.add_edges(roadmap.nodes[first], roadmap.nodes[second])
-    modes.known(ARM)[along[roadmap.proven]] = FREE
+    modes.verdicts_of(ARM)[along[roadmap.proven]] = FREE
     joints = _connect_ends(candidates, roadmap)
     layers, crossings = _layers(candidates, n)
     number = {mode: k for k, mode in enumerate(dict.fromkeys(mode for _, mode in layers))}
@@ -280,7 +280,7 @@ class LazySearch:
             mine = arcs[self.tasks.mode[arcs] == mode]
             for clause in self.modes.clauses(self.tasks.modes[mode]):
                 self.modes.prove(clause, self.tasks.motion[mine])
-                if (self.modes.known(clause)[self.tasks.motion[mine]] == BLOCKED).any():
+                if (self.modes.verdicts_of(clause)[self.tasks.motion[mine]] == BLOCKED).any():
                     self._prove_more(clause, mode, mine)
                     self._refuse(clause)
         return not self.refused[arcs].any() and self._looks_free(arcs)
@@ -288,7 +288,7 @@ class LazySearch:
     def _prove_more(self, clause: Mode, mode: int, arcs: Ints) -> None:
         """Prove a mode's motions in a clause that refused some ``arcs``, or if many, those at their nodes."""
         net, mine = self.tasks, self.tasks.of_mode[mode]
-        mine = mine[(self.modes.known(clause)[net.motion[mine]] == OPEN) & ~self.refused[mine]]
+        mine = mine[(self.modes.verdicts_of(clause)[net.motion[mine]] == OPEN) & ~self.refused[mine]]
         if len(mine) > _AT_ONCE:
             nodes = np.concatenate([net.tails[arcs], net.heads[arcs]])
             mine = mine[np.isin(net.tails[mine], nodes) | np.isin(net.heads[mine], nodes)]
@@ -296,7 +296,7 @@ class LazySearch:
 
     def _refuse(self, clause: Mode) -> None:
         """Refuse the arcs that a clause blocks, in all modes with this clause."""
-        blocked = self.modes.known(clause) == BLOCKED
+        blocked = self.modes.verdicts_of(clause) == BLOCKED
         for mode in self._users.get(clause, ()):
             mine = self.tasks.of_mode[mode]
             self.refused[mine[blocked[self.tasks.motion[mine]]]] = True

@@ -55,7 +55,7 @@ def proven_eagerly(planner: TaskPlanner) -> np.ndarray:
 
 def verdicts(modes: Modes, mode: Mode, motions: np.ndarray) -> np.ndarray:
     """(k,) what is known of ``motions`` (k,) in a mode: one clause that blocks is enough."""
-    found = np.array([modes.known(clause)[motions] for clause in modes.clauses(mode)])
+    found = np.array([modes.verdicts_of(clause)[motions] for clause in modes.clauses(mode)])
     blocked, free = (found == BLOCKED).any(axis=0), (found == FREE).all(axis=0)
     return np.where(blocked, BLOCKED, np.where(free, FREE, OPEN))
 

@@ -91,13 +91,13 @@ class RobotFiles:
         """Pinocchio's model of all movable joints."""
         return urdf.build_model(self.description)
 
-    def planned_joints(self, tool: str | None, choice: JointChoice, fixed: Mapping[str, float]) -> list[str]:
+    def select_joints(self, tool: str | None, choice: JointChoice, fixed: Mapping[str, float]) -> list[str]:
         """Return the planned joints, base first: the chosen ones that are not held.
 
         Raises :class:`RobotError` for unknown names, and for joints chosen by name that are held.
         """
         held = {**self.file.fixed_joints, **fixed}
-        chosen = self._chosen_joints(self.tool(tool, choice), choice, held)
+        chosen = self._candidate_joints(self.tool(tool, choice), choice, held)
         if unknown := [name for name in chosen if not self.model.existJointName(name)]:
             raise RobotError(
                 f"joint '{unknown[0]}' not found among the joints that move, {choices(self.model.names[1:])}: plan "
@@ -120,7 +120,7 @@ class RobotFiles:
         leaders = {self.description.mimic(joint, held).leader for joint in joints}
         return [joint for joint in self.model.names[1:] if joint in leaders]
 
-    def _chosen_joints(self, tool: str, choice: JointChoice, held: Collection[str]) -> list[str]:
+    def _candidate_joints(self, tool: str, choice: JointChoice, held: Collection[str]) -> list[str]:
         if choice.joints is not None:
             return list(choice.joints)
         if choice.group is not None:
