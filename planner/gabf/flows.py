@@ -66,7 +66,7 @@ class Flow(ABC):
 
     @property
     def pace(self) -> float:
-        """The unit of tau in which the law acts: s / phi(s), up to a factor of 2, where its two powers balance."""
+        """From far away s falls as tau^(-1/far_power), or exponentially at the pace of the law for 1."""
         return 1.0
 
     @property
