@@ -66,7 +66,7 @@ class Flow(ABC):
 
     @property
     def pace(self) -> float:
-        """From far away s falls as tau^(-1/far_power), or exponentially at the pace of the law for 1."""
+        """The unit of tau: s / phi(s), up to a factor of 2, where the two powers of the law balance."""
         return 1.0
 
     @property
