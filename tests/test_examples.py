@@ -52,9 +52,10 @@ def made(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
     start, goal = plan.path_nodes[[0, -1]].tolist()
     names = {name: getattr(planner, name) for name in dir(planner)}
     return names | {
-        "planner": planner, "networkx": networkx, "folder": folder, "robot": robot, "plan": plan, "other": other,
-        "tradeoff": tradeoff, "motion": plan.trajectory, "roadmap": plan.roadmap, "start": start, "goal": goal,
-        "q": robot.home, "qd": np.zeros(robot.dof), "targets": robot.home + 0.01 * np.arange(3)[:, None],
+        "planner": planner, "np": np, "networkx": networkx, "folder": folder, "robot": robot, "plan": plan,
+        "other": other, "tradeoff": tradeoff, "motion": plan.trajectory, "roadmap": plan.roadmap,
+        "start": start, "goal": goal, "q": robot.home, "qd": np.zeros(robot.dof),
+        "targets": robot.home + 0.01 * np.arange(3)[:, None],
     }  # fmt: skip
 
 

@@ -218,7 +218,7 @@ def test_a_certificate_holds_and_false_ones_are_refused(planned: Plan, tmp_path:
         data[name][rod] = value
         accepted = case.accepts(data, case.meta)
         assert accepted is None or closest(data, 20, rng, 1.0) > 0
-        with pytest.raises(Refused, match=f"has other {name} than what"):
+        with pytest.raises(Refused, match=f"has another {name} than"):
             verify(case.folder, planned.checker.world)
     case.accepts(case.data, case.meta)
 

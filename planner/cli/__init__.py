@@ -50,5 +50,5 @@ def _sentence(error: Exception) -> str | None:
         place = "" if error.filename is None else f" at {error.filename}"
         return f"the system reports an error{place}: {error.strerror or error}; free space or choose another place."
     if isinstance(error, MemoryError) or "can't start new thread" in str(error):  # a thread wants 8 MiB
-        return "the memory is exhausted: lower --nodes, or raise the memory limit (ulimit -v)."
+        return "the memory is exhausted: plan with fewer nodes, or raise the memory limit (ulimit -v)."
     return None

@@ -221,7 +221,8 @@ def estimate_covering_radius(points: Floats) -> float:
 class DepthImage:
     """A depth image as obstacles: the visible surface, and the unknown space behind it.
 
-        image = planner.DepthImage(depth, (fx, fy, cx, cy), pose)      # depth (h, w) m along the optical axis
+        depth = np.full((48, 64), 1.2)                                  # (h, w) m along the optical axis
+        image = planner.DepthImage(depth, (60, 60, 32, 24), planner.pose([0, 0, 0.5]))
         scene = planner.Scene("seen", image.obstacles("camera"))
 
     ``intrinsics`` of a pinhole camera are in pixels, also as a matrix (3, 3); ``pose`` (4, 4) places the camera in the

@@ -43,6 +43,13 @@ def check_first_motion(rows: Rows) -> None:
         assert float(row["total_s"]) == pytest.approx(sum(float(row[k]) for k in ("ready_s", "path_s", "motion_s")))
 
 
+def check_clouds(rows: Rows) -> None:
+    assert {row["world"] for row in rows} == {"true shapes", "covering radius", "estimated radius", "2.5 mm (VAMP)"}
+    solved = [row for row in rows if row["outcome"] == "solved"]
+    assert any(row["world"] == "covering radius" for row in solved)
+    assert all(row["contacts"] == "0" for row in solved if row["world"] in ("true shapes", "covering radius"))
+
+
 def check_attack(rows: Rows) -> None:
     parts = dict.fromkeys(row["attack"] for row in rows)
     by_part = {part: [row for row in rows if row["attack"] == part] for part in parts}
@@ -108,6 +115,7 @@ def check_tables(rows: Rows) -> None:
 SMALLEST: dict[str, tuple[str, Callable[[Rows], None]]] = {
     "plan": (f"FOLDER {PLANAR} --nodes 40 --seeds 0 --planners RRTConnect", check_plan),
     "first-motion": (f"FOLDER/posts {PLANAR} --seconds 2", check_first_motion),
+    "clouds": ("FOLDER/posts --robot planar_2r --filters 2 --samples 3000", check_clouds),
     "attack": (
         "--tries 12 --segments 2 --edges 2 --thicknesses 5 --changes 50 --robots planar_2r --scenes paper",
         check_attack,

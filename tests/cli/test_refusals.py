@@ -303,7 +303,7 @@ ROWS = [
         3,
         "roadmap none.npz not found: 'planner roadmap build' makes one, 'planner plan' writes one too.",
     ),
-    ("verify none", 3, "none/proof.npz not found: plan with --certificate, which writes it."),
+    ("verify none", 3, "none/proof.npz not found: plan with --certificate to write it."),
     ("view none.json", 3, "page none.html not found: check the path, or plan again."),
     ("view .", 3, "folder . must hold a plan.html or a sweep.html, got 0: name the file."),
     ("view . --state home", 2, "--state needs a robot at rest: leave out RESULT and --live."),

@@ -61,7 +61,7 @@ def test_a_motion_is_chosen_by_beta_and_exported(swept: tuple[Path, str], run: R
     boundary = repr(first["beta_max"])
     code, text, error = run("export", str(out), "--beta", boundary, "--rate", "250", "--out", str(tmp_path / "m.json"))
     assert code == 0, error
-    assert "the shorter one is taken" in error
+    assert "the plan takes the shorter one" in error
     assert "proven free and within limits" in text
     assert run("check", str(out / first["trajectory"]))[0] == 0
     none = tmp_path / "none"

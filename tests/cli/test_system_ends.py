@@ -8,10 +8,10 @@ import pytest
 Run = Callable[..., tuple[int, str, str]]
 
 ENDS = {
-    "no memory": (MemoryError(), 3, "memory does not suffice"),
+    "no memory": (MemoryError(), 3, "the memory is exhausted"),
     "a library": (ImportError("libx.so: failed to map segment"), 3, "a library cannot be loaded (libx.so"),
-    "no thread": (RuntimeError("can't start new thread"), 3, "memory does not suffice"),
-    "a full disk": (OSError(errno.ENOSPC, "No space left on device"), 3, "No space left on device; make room"),
+    "no thread": (RuntimeError("can't start new thread"), 3, "the memory is exhausted"),
+    "a full disk": (OSError(errno.ENOSPC, "No space left on device"), 3, "No space left on device; free space"),
     "a closed pipe": (BrokenPipeError(), 0, ""),
 }
 

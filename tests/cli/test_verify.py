@@ -16,7 +16,7 @@ def test_a_certificate_is_written_and_verified(run: Run, tmp_path: Path) -> None
         assert run("verify", str(out / name))[0] == 0
     code, said, error = run("verify", str(out))
     assert (code, said[:7]) == (0, "Proven:"), error
-    assert "number by number, those that plan.json names" in said
+    assert "equal, number by number, those of plan.json" in said
     record = out / "plan.json"
     record.write_text(record.read_text().replace('"path": [', '"path": [[0.0, 0.0],'))
     code, said, error = run("verify", str(out))

@@ -51,7 +51,7 @@ NUMBERS = [
     (lambda: Hebbian(alpha=0.0), "alpha"),
     (lambda: ErrorDriven(beta=np.nan), "beta"),
     (lambda: solve(chain(3), settle_tolerance=0), "must be positive"),
-    (lambda: solve(chain(3), max_steps=-1), "not negative"),
+    (lambda: solve(chain(3), max_steps=-1), "until_tau and save_every at least 0"),
     (lambda: solve(chain(3)).settling_within(1.5), "share of the latest"),
     (lambda: gabf.heal(chain(4), gabf.oracle(chain(4)), since_tau=np.nan), "since_tau"),
     (lambda: solve(chain(3), "nominl"), "'nominl' not found; laws are nominal, prescribed-time, fixed-time, sing"),
@@ -63,8 +63,8 @@ ASSUMPTIONS = [
     (lambda: Network(**GRAPH | {"weight": [1.0, np.nan]}), r"weight\[1\] must be finite, got nan"),
     (lambda: Network(**GRAPH | {"weight": [1.0]}), "weight"),
     (lambda: Network(**GRAPH | {"indptr": [0, 2, 1, 2]}), "indptr"),
-    (lambda: Network(**GRAPH | {"sources": []}), "at least one source"),
-    (lambda: Network(**GRAPH | {"sources": [0, 0]}), "each once"),
+    (lambda: Network(**GRAPH | {"sources": []}), "sources must be distinct nodes, at least one"),
+    (lambda: Network(**GRAPH | {"sources": [0, 0]}), "sources must be distinct nodes"),
     (lambda: Network(**GRAPH | {"source_values": [0.0, 1.0]}), "source_values"),
     (lambda: Network(**GRAPH | {"node_cost": [1.0]}), "node_cost"),
     (lambda: Network(**GRAPH | {"arc_cost": [1.0, np.nan]}), r"arc_cost\[1\] must be finite, got nan"),
@@ -80,8 +80,8 @@ ASSUMPTIONS = [
     (lambda: Network.from_scipy(csr_array([[0.0, 0.0], [1.0, 1.0]]), [0]), "node 1 reads itself"),
     (lambda: Network.from_scipy(csr_matrix([[0.0, 0.0], [1.0, 0.0], [1.0, 0.0]]), [0]), r"got shape \(3, 2\)"),
     (lambda: chain(3).arcs_between(1, 3), "from 0 to 2"),
-    (lambda: chain(3, kernel=gabf.TradeOff()), "TradeOff kernel reads node_cost"),
-    (lambda: chain(3, kernel=gabf.EdgeIntegral()), "EdgeIntegral kernel reads arc_cost"),
+    (lambda: chain(3, kernel=gabf.TradeOff()), "TradeOff kernel needs node_cost"),
+    (lambda: chain(3, kernel=gabf.EdgeIntegral()), "EdgeIntegral kernel needs arc_cost"),
     (lambda: chain(2, cost=1.5, kernel=gabf.Multiplicative()), r"arc \(1, 0\) has 1.5"),
     (lambda: chain(2, cost=3.0, kernel=gabf.Multiplicative(K=2.0)), r"arc \(1, 0\) has -0.5"),
     (lambda: solve(from_arcs(3, [(1, 0, 2.0), (2, 1, 0.0)])), r"0 on arc 1, by which node 2 reads node 1"),
@@ -93,8 +93,8 @@ ASSUMPTIONS = [
     ),
     (lambda: solve(nine_node(), x0=0.5), r"starts at 0.5, outside the domain \[1, inf\]"),
     (lambda: solve(nine_node(), x0=1.7e308), "overflows"),
-    (lambda: solve(chain(3), x0=np.zeros(2)), r"x0 has shape \(2,\)"),
-    (lambda: solve(chain(3), x0=np.array([0.0, 1.0, np.nan])), r"x0\[2\] is nan"),
+    (lambda: solve(chain(3), x0=np.zeros(2)), r"x0 must have shape \(3,\), one state per node, got \(2,\)"),
+    (lambda: solve(chain(3), x0=np.array([0.0, 1.0, np.nan])), r"x0\[2\] must be finite, got nan"),
     (lambda: solve(chain(4), gabf.PrescribedTime(), x0=np.array([0.0, 2, 3, 3])), r"node 3 starts at 3 with x\* = 3"),
     (lambda: gabf.heal(chain(4), gabf.oracle(chain(4)), gabf.PrescribedTime()), "start again"),
     (lambda: solve(chain(4, kernel=gabf.UserKernel(lambda i, a, b: 20.0 - a)), x0=0.0), "does not increase"),
@@ -107,21 +107,21 @@ ASSUMPTIONS = [
     (lambda: gabf.UserLaw(math.tanh), "arrays"),
     (lambda: gabf.UserLaw(lambda s: 1.0), r"shape \(\)"),
     (lambda: ErrorDriven(beta=0.1).target(np.array([0.5, 10.0])), "beta"),
-    (lambda: gabf.extract_path(chain(4), np.zeros(3), 1), r"x has shape \(3,\)"),
-    (lambda: gabf.extract_path(chain(4), np.array([0.0, 1.0, np.inf, 3.0]), 1), r"x\[2\] is inf"),
+    (lambda: gabf.extract_path(chain(4), np.zeros(3), 1), r"x must have shape \(4,\), one state per node, got \(3,\)"),
+    (lambda: gabf.extract_path(chain(4), np.array([0.0, 1.0, np.inf, 3.0]), 1), r"x\[2\] must be finite, got inf"),
 ]
 ARRAYS = [(lambda: gabf.true_parents(chain(3), gabf.structure(chain(3)), -1), "from 0 to 2")]
 STATES = [
     (lambda: gabf.extract_path(CUT, solve(CUT), 2), "node 2 reaches no source"),
     (lambda: gabf.extract_path(CUT, solve(chain(4)), 3), "node 3 reaches no source"),
-    (lambda: gabf.extract_path(CUT, solve(CUT), 4), "start 4 is not a node; nodes run from 0 to 3"),
+    (lambda: gabf.extract_path(CUT, solve(CUT), 4), "start must be a node from 0 to 3, got 4"),
     (lambda: gabf.extract_path(TINY, np.array([0.0, 1.5, 1.0]), 1), "has not settled"),
     (lambda: paths_from(CUT, solve(CUT), [-1]), "whole number"),
 ]
 TYPES = [
     (lambda: solve(chain(3), 4.0), "a name or a law"),
     (lambda: gabf.UserLaw("tanh"), "a function and a clock"),
-    (lambda: Network.from_scipy(np.eye(2), [0]), r"got ndarray: scipy.sparse.csr_array\(graph\) makes one"),
+    (lambda: Network.from_scipy(np.eye(2), [0]), r"must be a SciPy sparse array, got ndarray"),
 ]
 
 

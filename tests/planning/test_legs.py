@@ -88,7 +88,7 @@ def test_what_is_in_the_way_is_named_with_the_leg(tmp_path: Path) -> None:
     assert found.reason.leg == "approach"
     assert 0 < found.reason.followed < 1
     assert found.reason.cause in ("touching", "jump")
-    assert found.message.startswith("The approach goes over")
+    assert found.message.startswith("The approach is possible over")
     found.save(tmp_path)
     assert json.loads((tmp_path / "plan.json").read_text())["reason"]["leg"] == "approach"
     far = plan(

@@ -87,7 +87,7 @@ def test_a_plan_that_cannot_be_written_leaves_the_one_that_is_there(
     assert {path.name: path.read_bytes() for path in tmp_path.iterdir()} == before
     (tmp_path / name).unlink()
     (tmp_path / name).mkdir()
-    with pytest.raises(FileError, match=f"{name} is a folder"):
+    with pytest.raises(FileError, match=f"{name} must be a file, got a folder"):
         second.save(tmp_path)
     left = {path.name: path.read_bytes() for path in tmp_path.iterdir() if path.name != name}
     assert left == {other: content for other, content in before.items() if other != name}
@@ -202,7 +202,7 @@ def test_what_is_no_plan_is_not_loaded(tmp_path: Path) -> None:
     whole = json.loads((tmp_path / "plan.json").read_text())
     for change, words in (
         ({"path": "x"}, "path"),
-        ({"format_version": 99}, "format version 99"),
+        ({"format_version": 99}, "must be 1 to 1, got 99"),
         ({"cost": 3}, "cost"),
     ):
         (tmp_path / "plan.json").write_text(json.dumps(whole | change))

@@ -72,7 +72,7 @@ def test_ends_that_are_not_free_are_refused():
     for q, text in (([-0.5, 1.2], touching), ([9, 0], "outside its limits")):
         with pytest.raises(StateError, match=text):
             attach(around_the_post(), make_post(), np.array([q], dtype=float), OTHER)
-    with pytest.raises(StateError, match="goal has 3 joint values"):
+    with pytest.raises(StateError, match="goal must have 2 joint values, got 3"):
         attach(around_the_post(), make_post(), Q, np.zeros((1, 3)))
 
 
@@ -166,7 +166,7 @@ def test_a_way_that_is_not_there_is_said_so(caplog):
     some = around_the_post().part(np.abs(around_the_post().nodes[:, 0] - np.pi / 2) > 0.5, np.ones(120, dtype=bool))
     new = attach(some, shut, POST_START[None], np.array([[np.pi / 2, 0.0]]), settings=GrowthSettings(join_motions=300))
     assert not new.is_connected
-    assert "neither direct links nor 0 nodes more joined start and goal" in caplog.text
+    assert "neither direct links nor 0 more nodes joined start and goal" in caplog.text
 
 
 def test_ends_that_have_come_apart_are_joined_again():

@@ -39,7 +39,7 @@ FILE: dict[str, Any] = {
 
 
 BAD = [
-    ("[1, 2]", "holds no mapping"),
+    ("[1, 2]", "must be a mapping of keys to values, got list"),
     ("{", "must be JSON"),
     ('{"points": [], "points": []}', "key 'points' is repeated"),
     (json.dumps({**FILE, "points": [{"t": 0, "q": [1]}] * 2}), "cubics must have 2"),

@@ -236,7 +236,7 @@ def test_files_that_are_not_there_or_no_text(tmp_path: Path) -> None:
         with pytest.raises(FileError, match="not found"):
             read_motion(tmp_path / name, ARM)
     (tmp_path / "p.csv").write_bytes(b"\xff\xfe\x00")
-    with pytest.raises(FileError, match="not UTF-8"):
+    with pytest.raises(FileError, match="must be UTF-8 text"):
         read_motion(tmp_path / "p.csv", ARM)
 
 
