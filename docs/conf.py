@@ -22,6 +22,7 @@ html_theme = "furo"
 html_title = "gabf-planner"
 html_static_path = ["_static"]
 html_extra_path = ["_build/extra"]  # the pages of the gallery, which site_parts makes
+(Path(__file__).parent / html_extra_path[0]).mkdir(parents=True, exist_ok=True)  # Sphinx looks for it first
 html_css_files = ["wrapped.css"]
 html_math_renderer = "mathml"
 html_show_copyright = False
