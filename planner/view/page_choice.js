@@ -66,8 +66,8 @@ function markCosts() {
 function drawChoices() {
   const { choice } = shownPath(), share = (part) => (part === null ? "" : percent(part)), all = data.paths.map((path, k) => [path, k]);
   element("buys").textContent = !choice ? "" : choice.gain || choice.added_length
-    ? `${choice.buys.replace("beta", "β")}${choice.knee ? ". This is the knee: beyond it additional length gains less." : ""}`
-    : choice.buys && `β ${choice.beta}: the shortest path, without a gain in w`;
+    ? `This path: ${choice.buys.split(": ")[1]}${choice.knee ? ". This is the knee: beyond it additional length gains less." : ""}`
+    : choice.buys && "The shortest path, without a gain in w.";
   const rows = all.filter(([path]) => path.choice && path.interval).map(([path, k]) => {
     const { w_min: w, duration, clearance, gain, added_length: added, knee } = path.choice, none = "–", row = document.createElement("tr");
     const [low, high] = path.interval.map((beta) => String(Number(beta.toFixed(3))));
