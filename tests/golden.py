@@ -31,6 +31,10 @@ PLANS: dict[str, dict[str, Any]] = {
     "ur5 in table, coal": {"robot": "ur5", "scene": "table", "nodes": 40, "collision": "coal"},
     "kinova in window, coal": {"robot": "kinova", "scene": "window", "nodes": 40, "collision": "coal"},
     "planar_2r in cage, FCL": {"robot": "planar_2r", "scene": "cage", "nodes": 40},
+    "panda in empty, tool axis and plane kept, coal": {
+        **{"robot": "panda", "scene": "empty", "start": "home", "goal": "xyz:-0.4,-0.4,0.5", "collision": "coal"},
+        **{"constraint": ("axis:z,0,0,-1,0.0873", "plane:0,0,1,0.3"), "nodes": 60},
+    },
     "paper's scenario, all defaults": {},
 }
 TIMED: dict[str, dict[str, Any]] = {  # one for each scene
