@@ -117,10 +117,23 @@ class Detach(Strict):
     at: Joints
 
 
+class See(PoseFile):
+    """Replace the points that a sensor showed by those at its pose; the arm stood ``at`` a configuration."""
+
+    do: Literal["see"]
+    name: Name
+    points: list[list[float]]
+    radius: Number | None = None
+    noise: Number = 0.0
+    calibration: Number = 0.0
+    at: Joints | None = None
+    margin: Number = 0.02
+
+
 class Change(Strict):
     """Change the world of gate and planner, step by step; a wrong step changes nothing."""
 
-    changes: list[Annotated[Move | Add | Remove | Attach | Detach, pydantic.Field(discriminator="do")]]
+    changes: list[Annotated[Move | Add | Remove | Attach | Detach | See, pydantic.Field(discriminator="do")]]
 
 
 class Request(Strict):

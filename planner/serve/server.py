@@ -36,6 +36,7 @@ from planner.planning.solve import time_plan
 from planner.problem.conditions import read_conditions
 from planner.problem.request import TimingRequest, WorldRequest
 from planner.query.robots import robot_sources, scene_sources
+from planner.robot.clouds import Points, notes_on_clouds
 from planner.robot.robot_in_scene import notes
 from planner.robot.scene import mesh_notes, read_obstacle
 from planner.serve import messages as ask
@@ -302,6 +303,10 @@ def _change(gate: Gate, asked: ask.Change) -> dict[str, Any]:
             world.attach(each.name, each.frame, np.array(each.at), each.touch_links)
         elif isinstance(each, ask.Detach):
             world.detach(each.name, np.array(each.at))
+        elif isinstance(each, ask.See):
+            cloud = Points(each.points, each.radius, each.noise, each.calibration)
+            world.see(each.name, cloud, each.matrix(), each.at and np.array(each.at), each.margin)
+            found += notes_on_clouds(item for item in gate.scene.obstacles if item.object == each.name)
         else:
             world.remove(each.name)
     if any(isinstance(each, ask.Add) for each in asked.changes):

@@ -69,6 +69,16 @@ def test_a_plan_is_the_sessions_with_progress_before_it(client: Client) -> None:
     assert {event["event"] for event in client.events} == {"progress"}
 
 
+def test_points_that_a_sensor_sees_are_obstacles_until_it_sees_others(client: Client) -> None:
+    chunk = {**CHUNK, "positions": [[0.0, 0.0]], "times": [0.5], "state": {"q": [0.0, 0.0], "qd": [0.0, 0.0]}}
+    see = {"do": "see", "name": "camera", "points": [[0.75, 0.0, 0.0], [0.75, 0.02, 0.0]], "radius": 0.05}
+    answer = client.ask("change", changes=[see])
+    assert any("'camera' is solid within 50 mm of 2 points" in note for note in answer["notes"])
+    assert not client.ask("check", **chunk)["safe"]
+    client.ask("change", changes=[{**see, "position": [0.0, 0.0, 3.0]}])
+    assert client.ask("check", **chunk)["safe"]
+
+
 def test_gate_and_planner_know_a_change_and_each_client_has_its_own_world(address: str, client: Client) -> None:
     ends = {"start": [1.0, 0.1], "goal": [-1.0, 0.1], "motion": False}
     before = client.ask("plan", **ends)
