@@ -21,6 +21,7 @@ from planner.base.yamlfile import read_text, validate
 from planner.certificate.certificate import PROOF_NAME, Certificate
 from planner.problem.outcome import FORMAT_VERSION, Outcome, Record, Rows, html_table, require_readable_version
 from planner.problem.request import Request, SweepQuality, TaskQuality
+from planner.robot.clouds import CloudRecord, record_clouds
 from planner.robot.robot import Robot
 from planner.robot.robot_in_scene import notes
 from planner.robot.scene import Scene
@@ -55,6 +56,7 @@ class RunRecord(Record):
     tool: str
     notes: Annotated[list[str], Field(description="remarks on the model and the start")]
     timings_s: Annotated[dict[str, float], Field(description=_SECONDS)]
+    clouds: Annotated[list[CloudRecord] | None, Field(description="points that a sensor saw, null without any")] = None
 
     @classmethod
     def from_run(cls, run: Result[Any], robot: Robot, scene: Scene, **own: Any) -> Self:
@@ -72,6 +74,7 @@ class RunRecord(Record):
             tool=robot.tool,
             notes=[*(note.text for note in notes(robot, scene)), *run.end_notes],
             timings_s=round_seconds(run.timings),
+            clouds=record_clouds(scene.obstacles) or None,
             **own,
         )
 

@@ -22,6 +22,7 @@ from scipy.spatial import KDTree
 from planner.base.arrays import Bools, Floats, Ints, distinct_rows, frozen, numbers, placement, plain_numbers
 from planner.base.errors import Note, SceneError
 from planner.base.yamlfile import FARTHEST
+from planner.problem.outcome import Record
 from planner.robot.shapes import CORNERS, Mesh, Obstacle
 
 _NEIGHBOURS, _QUANTILE = 8, 0.99  # of a grid of points the 8th neighbour is twice the covering radius away
@@ -318,22 +319,65 @@ class DepthImage:
         return Voxels(solid, self.pitch, self.pitch * first) if solid.any() else None
 
 
-def notes_on_clouds(obstacles: Iterable[Obstacle]) -> tuple[Note, ...]:
-    """Return a note on each cloud of ``obstacles``: its samples, and the terms of its radius."""
+@dataclass(frozen=True, kw_only=True)
+class CloudRecord(Record):
+    """The points of an obstacle and the terms of its radius, m."""
+
+    obstacle: str
+    points: int
+    radius: float
+    """the sum of the three terms"""
+    covering: float
+    """covering radius of the samples"""
+    estimated: bool
+    """whether the covering radius is an estimate"""
+    noise: float
+    calibration: float
+    dropped: int
+    """samples that were not finite"""
+
+    @property
+    def text(self) -> str:
+        """The record as a sentence without its full stop."""
+        terms = {"covering radius": self.covering, "noise": self.noise, "calibration": self.calibration}
+        words = [f"{term} {1e3 * value:.4g} mm" for term, value in terms.items()]
+        words[0] += " (estimated)" if self.estimated else ""
+        text = f"'{self.obstacle}' is solid within {1e3 * self.radius:.4g} mm of {self.points} points: "
+        left_out = f"; {self.dropped} samples were not finite and are left out" if self.dropped else ""
+        return text + ", ".join(words) + left_out
+
+
+def record_clouds(obstacles: Iterable[Obstacle]) -> list[CloudRecord]:
+    """Return a record of each cloud among ``obstacles``; the blocks of one object count together."""
     clouds: dict[str, list[Points]] = {}
     for item in obstacles:
         if isinstance(item.shape, Points):
             clouds.setdefault(item.object, []).append(item.shape)
-    return tuple(_note(name, parts) for name, parts in clouds.items())
+    return [
+        CloudRecord(
+            obstacle=name,
+            points=sum(len(part.vertices) for part in parts),
+            radius=parts[0].radius,
+            covering=parts[0].covering,
+            estimated=parts[0].is_estimated,
+            noise=parts[0].noise,
+            calibration=parts[0].calibration,
+            dropped=sum(part.dropped for part in parts),
+        )
+        for name, parts in clouds.items()
+    ]
 
 
-def _note(name: str, parts: list[Points]) -> Note:
-    cloud, count, dropped = parts[0], sum(len(part.vertices) for part in parts), sum(part.dropped for part in parts)
-    terms = {"covering radius": cloud.covering, "noise": cloud.noise, "calibration": cloud.calibration}
-    words = [f"{term} {1e3 * value:.4g} mm" for term, value in terms.items()]
-    words[0] += " (estimated)" if cloud.is_estimated else ""
-    text = f"'{name}' is solid within {1e3 * cloud.radius:.4g} mm of {count} points: {', '.join(words)}"
-    text += f"; {dropped} samples were not finite and are left out" if dropped else ""
-    if max(np.ptp(part.vertices, axis=0).max() for part in parts) > _LARGE:
-        return Note(f"{text}. It is larger than {_LARGE:g} m: if its file is in millimetres, give scale: 0.001.")
-    return Note(f"{text}.", grave=cloud.is_estimated)
+def notes_on_clouds(obstacles: Iterable[Obstacle]) -> tuple[Note, ...]:
+    """Return a note on each cloud; grave where its radius is an estimate or its size is unlikely."""
+    items = list(obstacles)
+    large = {
+        item.object
+        for item in items
+        if isinstance(item.shape, Points) and np.ptp(item.shape.vertices, axis=0).max() > _LARGE
+    }
+    hint = f". It is larger than {_LARGE:g} m: if its file is in millimetres, give scale: 0.001."
+    return tuple(
+        Note(each.text + hint) if each.obstacle in large else Note(f"{each.text}.", grave=each.estimated)
+        for each in record_clouds(items)
+    )

@@ -305,7 +305,7 @@ def _change(gate: Gate, asked: ask.Change) -> dict[str, Any]:
             world.detach(each.name, np.array(each.at))
         elif isinstance(each, ask.See):
             cloud = Points(each.points, each.radius, each.noise, each.calibration)
-            world.see(each.name, cloud, each.matrix(), each.at and np.array(each.at), each.margin)
+            world.see(each.name, cloud, each.matrix(), None if each.at is None else np.array(each.at), each.margin)
             found += notes_on_clouds(item for item in gate.scene.obstacles if item.object == each.name)
         else:
             world.remove(each.name)

@@ -1,6 +1,7 @@
 """Points, voxels and depth images: which part of space counts as solid, against grids and rays counted one by one."""
 
 import io
+import json
 from pathlib import Path
 
 import numpy as np
@@ -12,7 +13,8 @@ from mcap_ros2.writer import Writer
 from PIL import Image
 from pypcd4 import PointCloud
 
-from planner import DepthImage, Points, Scene, Voxels
+import planner
+from planner import DepthImage, Obstacle, Points, Scene, Voxels
 from planner.base.errors import PlannerError, SceneError
 from planner.robot.clouds import estimate_covering_radius, merge_cells, split_blocks, split_regions
 from planner.robot.files.clouds import decode_octomap, read_depth, read_points, read_voxels
@@ -234,3 +236,13 @@ def test_an_octomap_of_a_moveit_scene_is_solid_where_its_tree_says_so(tmp_path: 
         for broken in (content[:-1], content[:-2], content[: len(content) // 2], b""):
             with pytest.raises(ValueError, match="not whole"):
                 decode_octomap(broken, 0.1, binary, "OcTree")
+
+
+def test_plan_json_holds_the_terms_of_the_radius(tmp_path: Path) -> None:
+    far = Points(XYZ + np.array([0.0, 0.0, 3.0]), 0.01, noise=0.002)
+    scene = Scene("s", (Obstacle("cloud", far, np.eye(4)),))
+    plan = planner.plan("planar_2r", scene, start="q:0,1", goal="q:1,1", path_only=True, timing=None)
+    plan.save(tmp_path)
+    (cloud,) = json.loads((tmp_path / "plan.json").read_text())["clouds"]
+    assert (cloud["obstacle"], cloud["points"], cloud["estimated"]) == ("cloud", 60, False)
+    assert (cloud["covering"], cloud["noise"], cloud["calibration"], cloud["radius"]) == (0.01, 0.002, 0.0, 0.012)
