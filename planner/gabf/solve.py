@@ -177,8 +177,7 @@ def solve(
     monitor = SettlingMonitor(law.flow, bounds, settle_tolerance)
     states = run(problem, law.flow, y0, solver or Splitting(), until_tau)
     step, state, saved = _run(states, monitor, save_every, max_steps, until_tau)
-    settled = state.residual == 0.0
-    if settled:
+    if settled := state.residual == 0.0:
         require_roots(problem, state.y)
     return CostToGo(
         x=frozen(problem.unpack(state.y)),

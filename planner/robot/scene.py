@@ -23,7 +23,6 @@ from planner.base.yamlfile import (
     Coordinate,
     Name,
     Number,
-    Size,
     Strict,
     find_duplicates,
     parse_yaml,
@@ -35,8 +34,8 @@ from planner.base.yamlfile import (
 from planner.problem.conditions import AND, read_conditions
 from planner.problem.options import EMPTY, SceneLike
 from planner.problem.targets import TURN
-from planner.robot.clouds import DepthImage, Points, Unknown, notes_on_clouds, split_regions
-from planner.robot.files.clouds import read_depth, read_points, read_voxels
+from planner.robot.clouds import notes_on_clouds, split_regions
+from planner.robot.files.clouds import DepthFile, PointsFile, build_depth_image, build_points, read_voxels
 from planner.robot.files.meshes import collada_notes, read_mesh
 from planner.robot.moving import LONGEST, KnownMotion, MovingObstacle, require_times
 from planner.robot.poses import pose, quaternion_of
@@ -108,32 +107,8 @@ class _MeshFile:
     scale: Annotated[Number, pydantic.Field(ge=1e-9, le=1e9)] = 1.0
 
 
-_Length = Annotated[Number, pydantic.Field(ge=0, le=FARTHEST)]
-
-
-@dataclass(frozen=True)
-class _PointsFile(_MeshFile):
-    radius: Size | None = None
-    noise: _Length = 0.0
-    calibration: _Length = 0.0
-    regions: dict[Name, tuple[Coordinate, Coordinate, Coordinate, Coordinate, Coordinate, Coordinate]] | None = None
-
-
-@dataclass(frozen=True)
-class _DepthFile:
-    file: str
-    intrinsics: tuple[Size, Size, Coordinate, Coordinate]
-    scale: Annotated[Number, pydantic.Field(ge=1e-9, le=1e9)] = 1e-3
-    limits: tuple[Size, Size] = (0.1, 2.0)
-    noise: _Length = 0.0
-    calibration: _Length = 0.0
-    unknown: Unknown = "solid"
-    pitch: Size = 0.025
-    thinning: Size = 0.005
-
-
 _SHAPES = {"box": Box, "sphere": Sphere, "cylinder": Cylinder, "capsule": Capsule, "mesh": _MeshFile}
-_SEEN = {"points": _PointsFile, "voxels": _MeshFile, "depth": _DepthFile}
+_SEEN = {"points": PointsFile, "voxels": _MeshFile, "depth": DepthFile}
 
 
 def _models_by_shape(thing: type[PoseFile], name: str, shapes: Mapping[str, Any] = _SHAPES) -> Any:
@@ -280,25 +255,19 @@ def _shape(item: ObstacleFile | CarriedFile, folder: Path) -> Shape:
         case "voxels":
             return read_voxels(folder / item.file, item.scale)
         case "points":
-            return _points(item, folder)
+            return build_points(item, folder)
     shape = _SHAPES[item.type]
     return shape(*(getattr(item, key) for key in get_type_hints(shape)))
-
-
-def _points(item: Any, folder: Path) -> Points:
-    return Points(read_points(folder / item.file, item.scale), item.radius, item.noise, item.calibration)
 
 
 def read_obstacle(item: ObstacleFile, folder: Path = Path()) -> list[Obstacle | MovingObstacle]:
     """Return the obstacle of a file in ``folder``; of a depth image the surface and the unknown space."""
     if item.type == "depth":
-        depth = read_depth(folder / item.file, item.scale)
-        settings = {key: getattr(item, key) for key in get_type_hints(_DepthFile) if key not in ("file", "scale")}
         if item.motion or item.speed_limit:
             raise SceneError(f"obstacle '{item.name}': a depth image must stand, got a motion or a speed limit.")
-        return [*DepthImage(depth, pose=item.matrix(), **settings).obstacles(item.name)]
+        return [*build_depth_image(item, folder, item.matrix()).obstacles(item.name)]
     if item.type == "points" and item.regions:
-        return [*split_regions(item.name, _points(item, folder), item.matrix(), item.regions)]
+        return [*split_regions(item.name, build_points(item, folder), item.matrix(), item.regions)]
     if not item.motion:
         return [Obstacle(item.name, _shape(item, folder), item.matrix(), speed_limit=item.speed_limit)]
     motion = KnownMotion([pose.t for pose in item.motion], [pose.matrix() for pose in item.motion])

@@ -4,23 +4,68 @@ Formats: NPY, NPZ, PLY, XYZ, PCD, PointCloud2 in MCAP, octomaps, 16-bit PNG.
 """
 
 import os
+from dataclasses import dataclass, fields
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
+import pydantic
 from PIL import Image
 
 from planner.base.arrays import Floats
 from planner.base.errors import FileError, require_extra
 from planner.base.files import StrPath
-from planner.robot.clouds import Voxels
+from planner.base.yamlfile import FARTHEST, Coordinate, Name, Number, Size
+from planner.robot.clouds import DepthImage, Points, Unknown, Voxels
 from planner.robot.files.meshes import read_vertices
 
 OCTOMAP = "<octomap>"  # its name in MoveIt's matrices
 _POINTS = (".npy", ".npz", ".ply", ".xyz", ".pcd", ".mcap")
 _MOST_CELLS = 2e8  # of a grid, a byte each
 _VOXELS = (".npz", ".bt", ".ot")
+
+
+_Length = Annotated[Number, pydantic.Field(ge=0, le=FARTHEST)]
+_Scale = Annotated[Number, pydantic.Field(ge=1e-9, le=1e9)]
+
+
+@dataclass(frozen=True)
+class PointsFile:
+    """The keys of points in a scene file."""
+
+    file: str
+    scale: _Scale = 1.0
+    radius: Size | None = None
+    noise: _Length = 0.0
+    calibration: _Length = 0.0
+    regions: dict[Name, tuple[Coordinate, Coordinate, Coordinate, Coordinate, Coordinate, Coordinate]] | None = None
+
+
+@dataclass(frozen=True)
+class DepthFile:
+    """The keys of a depth image in a scene file."""
+
+    file: str
+    intrinsics: tuple[Size, Size, Coordinate, Coordinate]
+    scale: _Scale = 1e-3
+    limits: tuple[Size, Size] = (0.1, 2.0)
+    noise: _Length = 0.0
+    calibration: _Length = 0.0
+    unknown: Unknown = "solid"
+    pitch: Size = 0.025
+    thinning: Size = 0.005
+
+
+def build_points(item: Any, folder: Path) -> Points:
+    """Return the points of an item with the keys of :class:`PointsFile`; its file is in ``folder``."""
+    return Points(read_points(folder / item.file, item.scale), item.radius, item.noise, item.calibration)
+
+
+def build_depth_image(item: Any, folder: Path, pose: Floats) -> DepthImage:
+    """Return the depth image of an item with the keys of :class:`DepthFile`, at a ``pose`` (4, 4)."""
+    settings = {field.name: getattr(item, field.name) for field in fields(DepthFile)[3:]}
+    return DepthImage(read_depth(folder / item.file, item.scale), item.intrinsics, pose, **settings)
 
 
 def read_points(path: StrPath, scale: float = 1.0) -> Floats:
