@@ -41,7 +41,8 @@ docs: .venv/ready
 	$(BIN)/python -m sphinx -q -E -W --keep-going -b html docs docs/_build/html
 	$(BIN)/python docs/check_site.py docs/_build/html
 
-# Pythons are looked for by name and among those of pyenv; each gets an environment of its own, all at once
+# Pythons are looked for by name and among those of pyenv; each gets an environment of its own, all at once. ninja would
+# take the job server of make -j from MAKEFLAGS, which a recipe cannot reach
 release pythons: .venv/ready
 	rm -rf dist
 	$(BIN)/python -c "from scikit_build_core.build import build_sdist; build_sdist('dist')"
@@ -51,9 +52,9 @@ release pythons: .venv/ready
 		python=$$(for p in python$$version "$${PYENV_ROOT:-$$HOME/.pyenv}"/versions/$$version.*/bin/python; do \
 			"$$p" -c '' 2>/dev/null && { echo "$$p"; break; }; done); \
 		test -n "$$python" || { echo "no Python $$version here: not tried"; continue; }; \
-		( "$$python" -m venv --clear dist/venv-$$version \
+		( unset MAKEFLAGS MFLAGS; "$$python" -m venv --clear dist/venv-$$version \
 			&& dist/venv-$$version/bin/pip install --quiet --no-compile --disable-pip-version-check $(INSTALLED) \
-			&& dist/venv-$$version/bin/planner plan --nodes 60 --effort 0 --out dist/out-$$version >dist/log-$$version 2>&1 \
+			&& dist/venv-$$version/bin/planner plan --nodes 60 --refinement-rounds 0 --out dist/out-$$version >dist/log-$$version 2>&1 \
 			&& echo "installed and planned on Python $$version" \
 			|| { tail -n 5 dist/log-$$version; echo "Python $$version failed"; exit 1; } ) & \
 		tries="$$tries $$!"; \
