@@ -122,7 +122,7 @@ class See(PoseFile):
 
     do: Literal["see"]
     name: Name
-    points: list[list[float]]
+    points: Rows
     radius: Number | None = None
     noise: Number = 0.0
     calibration: Number = 0.0
