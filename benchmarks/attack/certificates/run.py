@@ -91,7 +91,7 @@ def _try_changes(cases: list[tuple[Case, World, float]], rng: np.random.Generato
             kind, words = "the largest change that is accepted", case.meta
         elif k == 1:
             data, words = climb_witnesses(case, rng, near + 10.0 ** rng.uniform(-9, -4))
-            data, kind = data if case.accepts(data, words) else None, "witnesses climb_witnesses to more than there is"
+            data, kind = data if case.accepts(data, words) else None, "witnesses raised beyond the true distance"
             false += [kind] if data is not None else []
         else:
             data, words, kind = mutate(case, rng)
