@@ -16,7 +16,7 @@ from planner.collision.bounds import ClearanceBound
 from planner.collision.checker import CollisionChecker
 from planner.collision.world import Contact, World
 from planner.kinematics.forward import Chain, joint_placements
-from planner.robot.clouds import Seen
+from planner.robot.clouds import Points
 from planner.robot.shapes import Box, Capsule, Cylinder, Mesh, Shape, Sphere, bounding_box
 
 _CLEARLY = 1e-4  # m: no library reports contact for boxes farther apart
@@ -52,8 +52,11 @@ class Boxes:
         self._joints = np.array([body.joint for body in world.bodies], dtype=np.int64)
         self._halves, self._turns, self._middles = boxes[:count, 1], turns[:count], middles[:count]
         self._obstacles = _Placed.from_halves(boxes[count:, 1], turns[count:, None], middles[count:, None])
-        seen = np.array([isinstance(item.shape, Seen) for item in world.obstacles], dtype=bool)
-        self._checked, self._own = world.checked & ~seen, world.self_pairs  # planes decide on clouds
+        seen = np.array([isinstance(item.shape, Points) for item in world.obstacles], dtype=bool)
+        self._checked, self._own = (
+            world.checked & ~seen,
+            world.self_pairs,
+        )  # planes decide on points
 
     def near(self, rotation: Floats, position: Floats, reach: float) -> Iterator[tuple[Ints, Ints]]:
         """Yield checked pairs within ``reach`` (m) by their boxes: configurations and pair numbers, (k,) each.

@@ -9,7 +9,7 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
 from planner.base.arrays import Bools, Floats, Ints, distinct_rows, frozen
-from planner.robot.clouds import Seen
+from planner.robot.clouds import Points, Seen, Voxels
 from planner.robot.shapes import Box, Capsule, Cylinder, Mesh, Shape, Sphere
 
 _CHUNK = 200_000  # solid angles at a time
@@ -38,6 +38,21 @@ class Solid:
         return inside
 
 
+@dataclass(frozen=True, eq=False)
+class CellSolid(Solid):
+    """The solid cells of ``voxels``, found in their grid, as libraries know only the faces of the cuboids."""
+
+    voxels: Voxels
+
+    def contains(self, points: Floats) -> Bools:
+        """Return which points (k, 3) lie in a solid cell."""
+        inside: Bools = np.all((points > self.low) & (points < self.high), axis=1)
+        cells = ((points[inside] - self.voxels.origin) / self.voxels.pitch).astype(np.int64)
+        cells = np.minimum(cells, np.array(self.voxels.occupied.shape) - 1)  # a point may round onto the far side
+        inside[inside] = self.voxels.occupied[tuple(cells.T)]
+        return inside
+
+
 def _winding(corners: Floats, points: Floats) -> Floats:
     """Return winding numbers of triangles (m, 3, 3) around points (k, 3) (Van Oosterom, Strackee 1983)."""
     a, b, c = (corners[None, :, k] - points[:, None] for k in range(3))
@@ -50,7 +65,10 @@ def _winding(corners: Floats, points: Floats) -> Floats:
 @lru_cache(maxsize=1024)
 def solid_of(mesh: Mesh) -> Solid | None:
     """Return the closed components of ``mesh`` as a solid, or None without any."""
-    if isinstance(mesh, Seen):
+    if isinstance(mesh, Voxels):
+        low, high = mesh.vertices.min(axis=0), mesh.vertices.max(axis=0)
+        return CellSolid(mesh.vertices[mesh.triangles], frozen(low), frozen(high), mesh)
+    if isinstance(mesh, Points):
         return None
     triangles, component, closed = _components(mesh)
     if not closed.any():

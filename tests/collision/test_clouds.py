@@ -34,6 +34,8 @@ def random_cloud(rng: np.random.Generator, reach: float) -> tuple[Scene, Scene]:
     for cell in voxels.cells:
         low, high = cell.min(axis=0), cell.max(axis=0)
         single.append((Box(tuple((high - low).tolist())), second @ pose(0.5 * (low + high))))
+    if rng.random() < 0.5:  # voxels alone, which no radius hands over to the planes
+        return scene_of((voxels, second)), scene_of(*single[len(points.vertices) :])
     return scene_of((points, first), (voxels, second)), scene_of(*single)
 
 
@@ -94,3 +96,16 @@ def test_a_session_that_sees_equals_a_session_that_begins_with_what_was_seen() -
     assert plan.solved
     assert all(is_free(fresh, q) for q in plan.path)
     session.remove(session.scene.obstacles[0].name)
+
+
+@pytest.mark.parametrize("backend", BACKENDS)
+def test_a_body_wholly_inside_a_solid_cell_is_in_contact(backend: str) -> None:
+    """No face is near it: both libraries alone call it free. The same arm is free where its cell is empty."""
+    full = np.ones((3, 3, 3), dtype=bool)
+    hollow = full.copy()
+    hollow[1, 1, 1] = False
+    for occupied, free in ((full, False), (hollow, True)):
+        scene = scene_of((Voxels(occupied, 4.0, (-6.0, -6.0, -6.0)), pose()))
+        for arm in ("planar_2r", "panda"):
+            checker = make_checker(load(arm), scene, backend)
+            assert bool(is_free(checker, np.array(load(arm).home))) == free
