@@ -17,7 +17,7 @@ from planner.problem.request import WorldRequest
 from planner.query.query import make_checker_for
 from planner.query.resolve import contact_reason
 from planner.query.robots import attach_object, detach_object
-from planner.robot.clouds import DepthImage, Points, Voxels, split_blocks
+from planner.robot.clouds import DepthImage, Points, Voxels, notes_on_clouds, split_blocks
 from planner.robot.moving import MovingObstacle
 from planner.robot.poses import pose
 from planner.robot.robot import Robot, with_carried
@@ -153,7 +153,9 @@ class LiveWorld:
                 raise SceneError(f"sensor '{name}': obstacle '{min(repeated)}' is there already: take another name.")
             order = {id(item): k for k, item in enumerate(old)}
             new.sort(key=lambda item: order.get(id(item), len(order)))
-            return replace(scene, obstacles=(*others, *new), notes=())
+            stale = notes_on_clouds(scene.obstacles)
+            notes = tuple(note for note in scene.notes if note not in stale)
+            return replace(scene, obstacles=(*others, *new), notes=notes)
 
         self._change(replace_seen)
 

@@ -14,7 +14,7 @@ import pydantic
 from PIL import Image
 
 from planner.base.arrays import Floats
-from planner.base.errors import FileError, require_extra
+from planner.base.errors import FileError, InstallationError, require_extra
 from planner.base.files import StrPath
 from planner.base.yamlfile import FARTHEST, Coordinate, Name, Number, Size
 from planner.robot.clouds import DepthImage, Points, Unknown, Voxels
@@ -49,12 +49,12 @@ class DepthFile:
     file: str
     intrinsics: tuple[Size, Size, Coordinate, Coordinate]
     scale: _Scale = 1e-3
-    limits: tuple[Size, Size] = (0.1, 2.0)
-    noise: _Length = 0.0
-    calibration: _Length = 0.0
-    unknown: Unknown = "solid"
-    pitch: Size = 0.025
-    thinning: Size = 0.005
+    limits: tuple[Size, Size] = DepthImage.limits
+    noise: _Length = DepthImage.noise
+    calibration: _Length = DepthImage.calibration
+    unknown: Unknown = DepthImage.unknown
+    pitch: Size = DepthImage.pitch
+    thinning: Size = DepthImage.thinning
 
 
 def build_points(item: Any, folder: Path) -> Points:
@@ -106,7 +106,7 @@ def _read(path: Path, endings: tuple[str, ...], kind: str, reader: Any) -> Any:
         raise FileError(f"{kind} file {path} must end in {', '.join(endings)}, got '{path.suffix}'.")
     try:
         return reader(path)
-    except FileError:
+    except InstallationError:
         raise
     except Exception as error:  # libraries raise errors of every kind for damaged files
         reason = " ".join(str(error).split())[:160].rstrip(".") or type(error).__name__
