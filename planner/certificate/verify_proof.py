@@ -2,11 +2,9 @@
 r"""Check the certificate of a plan without the planner: this file needs Python and numpy, nothing else.
 
     python verify_proof.py OUT [--urdf ROBOT.urdf]
-
 OUT is the folder that `planner plan --certificate` wrote. Exit code 0 and what is proven, or 1 and the reason.
 docs/explanation/certificate.md explains the idea. The analysis follows: each inequality holds in real arithmetic,
 whatever numbers the certificate contains. u = 2^-53, gamma_k = k u / (1 - k u), C = sum over k >= 1 of |c_k|.
-
 [1] Sizes. LAYOUT bounds each number: coordinates by 1000 m, sum_k |c_k| of a joint on a piece by 1000, joints by 100,
 times by 23 days, up to which nanoseconds differ as seconds. A joint of the tree is f q + z of a planned q, where |f|,
 |z| and |f| sum_k |c_k| + |z| are at most 1000. So nothing overflows, and underflow is far below the 2e-11 L of [6].
