@@ -58,7 +58,7 @@ def test_the_checker_is_one_short_file_that_needs_numpy_alone(tmp_path: Path) ->
     bare = subprocess.run([sys.executable, "-I", TOOL, tmp_path], capture_output=True, text=True, cwd=tmp_path)
     assert (bare.returncode, bare.stderr) == (
         1,
-        f"NOT proven: {tmp_path / PROOF_NAME} not found: plan with --certificate, which writes it.\n",
+        f"NOT proven: {tmp_path / PROOF_NAME} not found: plan with --certificate to write it.\n",
     )
     (folder / "plan.json").write_text("{}")
     run = subprocess.run([sys.executable, "-I", TOOL, folder], capture_output=True, text=True, cwd=tmp_path)
