@@ -274,7 +274,7 @@ class TaskPlan(Result[TaskPlanRecord]):
             start, shown = self.path[0], None if motion is None else ShownMotion(motion, None)
             paths = [ShownPath(self.path, rows, motion=shown)]
         touching = frozenset() if self.reason is None else self.reason.names
-        known = {"notes": self.end_notes, "command": command_line("task FILE", self.request)}
+        known = {"notes": self.end_notes, "command": command_line("task FILE", self.request), "planned_in": self.scene}
         page = Page(self.robot, scene, start, self.message, self.record.rows, touching=touching, **known)
         if self.roadmap is not None:
             page.add_roadmap(replace(self.roadmap, goals=self.roadmap.goals[:0]))

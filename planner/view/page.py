@@ -46,7 +46,8 @@ class Page:
 
     The robot is at ``q`` (dof,). ``rows`` are about the planning; those named in ``wrong`` are red. Names in
     ``touching`` are drawn red, as are those that the ``reason`` for no path blames. ``notes`` are on the start,
-    ``command`` is the command line of the plan, see :func:`command_line`.
+    ``command`` is the command line of the plan, see :func:`command_line`. ``planned_in`` is the scene of the plan if
+    the drawn scene differs.
     """
 
     def __init__(
@@ -62,6 +63,7 @@ class Page:
         reason: Reason | None = None,
         notes: Collection[str] = (),
         command: str = "",
+        planned_in: Scene | None = None,
     ) -> None:
         self.robot, self.scene, self.q, self.canvas = robot, scene, q, Canvas()
         red = frozenset(touching) | (frozenset() if reason is None else reason.names)
@@ -81,7 +83,10 @@ class Page:
             "touching": sorted(touching),
             "blamed": None if reason is None else reason.kind,
             "wrong": list(wrong),
-            "notes": [*((note.text, note.grave) for note in noticed(robot, scene)), *((text, True) for text in notes)],
+            "notes": [
+                *((note.text, note.grave) for note in noticed(robot, planned_in or scene)),
+                *((text, True) for text in notes),
+            ],
             "command": command,
             "roadmap": None,
             "cost": None,

@@ -18,7 +18,7 @@ function clearanceOf({ nearest, motion, choice, clearance }) {
   return { min, share: clearance.indexOf(min) / (clearance.length - 1) };
 }
 
-// The four facts of a path: name, value, note, the share of the path to go to, and a rating.
+// The facts of a path: name, value, note, the share of the path to go to, and a rating.
 function factsOf(path) {
   const { w, share } = path.worst[0], near = clearanceOf(path), limit = nearestLimit(path);
   const seconds = path.motion ? path.motion.duration : path.choice?.duration;
@@ -26,17 +26,17 @@ function factsOf(path) {
   return [
     ["duration", seconds ? `${seconds.toFixed(2)} s` : "no times", path.motion ? proof : seconds ? "" : "a path, not a motion"],
     ["lowest w", `${short(w)} ${data.unit}`, whereAt(path, share), share, bandOf(w)],
-    ["clearance", near ? millimetres(near.min) : "not known", near?.pair ? near.pair.join(" – ") : "", near?.share],
+    ...(near ? [["clearance", millimetres(near.min), near.pair ? near.pair.join(" – ") : "", near.share]] : []),
     ["nearest limit", limit ? `${short2(limit.slack)} ${data.joints.unit[limit.j]}` : "none",
       limit ? `${data.joints.names[limit.j]} ${whereAt(path, limit.share)}` : "", limit?.share, limit?.slack < 0 ? "singular" : ""],
   ];
 }
 
 function drawFacts(path, other) {
-  const others = other ? factsOf(other) : [];
-  element("facts").replaceChildren(...factsOf(path).map(([name, value, note, share, level], k) => {
+  const others = Object.fromEntries(other ? factsOf(other) : []);
+  element("facts").replaceChildren(...factsOf(path).map(([name, value, note, share, level]) => {
     const fact = document.createElement("button");
-    const parts = [["span", name], ["b", value], ...(other ? [["b", others[k][1], "other"]] : []), ["small", note]];
+    const parts = [["span", name], ["b", value], ...(other ? [["b", others[name] || "not known", "other"]] : []), ["small", note]];
     fact.append(...parts.map(([tag, text, className = ""]) => Object.assign(document.createElement(tag), { textContent: text, className })));
     fact.className = level || "";
     fact.title = note;

@@ -136,6 +136,7 @@ def test_the_page_moves_the_object_with_the_hand(plan: TaskPlan) -> None:
         carried = tool_pose(robot, plan.trajectory.at(t)[0]).homogeneous @ hold
         np.testing.assert_allclose(mug.motion.at(t)[0], carried, atol=2e-3)
     np.testing.assert_allclose(mug.motion.at(plan.trajectory.duration)[0][2], [0, 0, 1, 0.341], atol=1e-4)
+    assert "mug move:" not in plan.page(), "the page warns of the object that it draws in motion"
 
 
 def test_a_margin_is_kept_but_where_the_object_rests() -> None:
