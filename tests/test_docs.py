@@ -13,14 +13,13 @@ import yaml
 
 from planner.robot.scene import Scene, SceneFile
 from tests.command_line import Run
-from tests.documents import ROOT, assert_options_are_known, assert_they_run, blocks, commands
+from tests.documents import ROOT, assert_options_are_known, assert_they_run, blocks, commands, exit_codes
 from tests.test_imports import MODULES, imported, room
 
 DOCS = ROOT / "docs"
 PAGES = [path for path in sorted(DOCS.rglob("*.md")) if "_build" not in path.parts]
-SHELL = {
-    path: commands([line for block in blocks(path.read_text(), "sh") for line in block.splitlines()]) for path in PAGES
-}
+LINES = {path: [line for block in blocks(path.read_text(), "sh") for line in block.splitlines()] for path in PAGES}
+SHELL = {path: commands(lines) for path, lines in LINES.items()}
 IDS = [str(path.relative_to(DOCS)) for path in PAGES]
 
 
@@ -85,7 +84,7 @@ def test_the_python_of_a_page_runs(path: Path, tmp_path: Path, monkeypatch: pyte
 def test_the_commands_of_a_page_run(path: Path, run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     for words in SHELL[path]:
         assert_options_are_known(words, run)
-    assert_they_run(SHELL[path], run, tmp_path, monkeypatch)
+    assert_they_run(SHELL[path], run, tmp_path, monkeypatch, exit_codes(LINES[path]))
 
 
 def test_the_scene_example_shows_every_kind_of_obstacle() -> None:

@@ -41,6 +41,7 @@ _MOST_ROWS = 5_000_000
 _AT_REST = 1e-9  # of a limit's unit: rounding error of 0
 _WEIGHTS = {1: (1.0,), 2: (0.5, 0.5), 3: (1 / 6, 4 / 6, 1 / 6)}  # of neighbouring control points, by degree
 TYPE, TOPIC = "trajectory_msgs/msg/JointTrajectory", "/joint_trajectory"
+_READ = (TYPE, "moveit_msgs/msg/RobotTrajectory", "moveit_msgs/msg/DisplayTrajectory")
 _RULE = "=" * 80
 _DEFINITION = f"""std_msgs/Header header
 string[] joint_names
@@ -282,13 +283,14 @@ def write_bag(message: dict[str, Any]) -> bytes:
 def read_bag(path: Path, where: str) -> tuple[dict[str, Any], int]:
     """Return the first JointTrajectory of an MCAP file as plain data, and their number.
 
-    Raises :class:`FileError` for a file without one.
+    MoveIt's RobotTrajectory and DisplayTrajectory, which wrap one, count too. Raises :class:`FileError` for a file
+    without one.
     """
     factory, first, count = require_extra("mcap_ros2.decoder", "mcap").DecoderFactory(), None, 0
     try:
         with path.open("rb") as file:
             for schema, channel, message in require_extra("mcap.reader", "mcap").make_reader(file).iter_messages():
-                if schema is not None and schema.name == TYPE:
+                if schema is not None and schema.name in _READ:
                     _require_readable(channel.message_encoding, message.data, where)
                     first = first or _to_plain(factory.decoder_for("cdr", schema)(message.data))
                     count += 1
@@ -300,7 +302,7 @@ def read_bag(path: Path, where: str) -> tuple[dict[str, Any], int]:
         raise
     except Exception as error:  # the library raises errors of many kinds
         raise FileError(f"{where} must be an MCAP file, got {type(error).__name__}; write it again.") from None
-    raise FileError(f"{where}: message of type {TYPE} not found: record one.")
+    raise FileError(f"{where}: message of type {choices(_READ)} not found: record one.")
 
 
 def _require_readable(encoding: str, data: bytes, where: str) -> None:
@@ -308,7 +310,7 @@ def _require_readable(encoding: str, data: bytes, where: str) -> None:
     kind = data[:2]
     if encoding != "cdr" or kind not in (b"\x00\x00", b"\x00\x01"):
         raise FileError(
-            f"{where}: JointTrajectory must be in plain CDR, got {quote(encoding)} of kind 0x{kind.hex()}: record "
+            f"{where}: trajectories must be in plain CDR, got {quote(encoding)} of kind 0x{kind.hex()}: record "
             "it as ROS 2 does."
         )
 

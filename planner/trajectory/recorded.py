@@ -41,10 +41,11 @@ _FORMATS = "a plan.json, a list of rows, {joints, path}, {joint_names, points} o
 _ROWS = ("path", "waypoints", "positions", "points")
 _TOLERANCES = ("path_tolerance", "goal_tolerance", "component_path_tolerance", "component_goal_tolerance")
 _UNCHECKED = (*_TOLERANCES, "goal_time_tolerance", "trajectory_start")
+_PLANNED = ("group_name", "planning_time", "error_code")  # of a MotionPlanResponse
 _SEVERAL = ("multi_dof_trajectory", "multi_dof_joint_trajectory")
 _WRAPPERS = {  # keys of ROS messages next to the wrapped one
     "goal": ("goal_id", "header"),
-    "trajectory": (*_UNCHECKED, "multi_dof_trajectory", "model_id"),
+    "trajectory": (*_UNCHECKED, *_PLANNED, "multi_dof_trajectory", "model_id"),
     "joint_trajectory": ("multi_dof_joint_trajectory",),
 }
 
@@ -101,11 +102,12 @@ class _Path(Strict):
 def read_motion(path: StrPath, robot: Robot, data: Any = None) -> Floats | Trajectory:
     """Return the path (k, dof) or the trajectory of a file, in the robot's order of joints.
 
-    It reads our own files and the folder of a ``trajectory.json``; JointTrajectory, RobotTrajectory,
-    FollowJointTrajectory goals and rows as JSON or YAML; CSV, optionally with times; the first JointTrajectory of an
-    MCAP bag. ``data`` is JSON parsed before. Accelerations make quintics, as in a message; our own file names its
-    interpolation. Columns of joints that are not planned are ignored, with a note. Raises :class:`FileError` for
-    unreadable content and unknown fields.
+    It reads our own files and the folder of a ``trajectory.json``; JointTrajectory, FollowJointTrajectory goals,
+    MoveIt's RobotTrajectory, DisplayTrajectory and MotionPlanResponse, and rows as JSON or YAML; CSV, optionally with
+    times; the first JointTrajectory, RobotTrajectory or DisplayTrajectory of an MCAP bag. ``data`` is JSON parsed
+    before. Accelerations make quintics, as in a message; our own file names its interpolation. Columns of joints that
+    are not planned are ignored, with a note. Raises :class:`FileError` for unreadable content
+    and unknown fields.
     """
     path = Path(path)
     path = path / TRAJECTORY_NAME if os.path.isdir(path) else path
