@@ -14,7 +14,7 @@ from planner.base.errors import OptionError, choices
 from planner.base.yamlfile import Coordinate, Name, Number, Strict, Whole, validate
 from planner.problem.request import LimitsRequest
 from planner.robot.scene import ObstacleFile, PoseFile
-from planner.session.gate import JUDGED
+from planner.session.guard import JUDGED
 
 Id: TypeAlias = str | Annotated[int, pydantic.Field(strict=True, ge=-(1 << 63), lt=1 << 63)]
 Joints: TypeAlias = list[Coordinate]

@@ -16,8 +16,10 @@ from planner.problem.request import LimitsRequest, WorldRequest
 from planner.query.resolve import position_bounds
 from planner.robot.robot import Robot
 from planner.robot.scene import Scene
+from planner.session.guard import JUDGED, Guard, Rules
 from planner.session.live_world import LiveWorld
-from planner.session.verdict import JUDGED, Guard, Rules, Verdict, judge_chunk
+from planner.session.reasons import Statistics
+from planner.session.verdict import Verdict, judge_chunk
 from planner.trajectory.limits import MotionLimits, limits_or_default
 from planner.trajectory.trajectory import to_nanoseconds
 
@@ -70,7 +72,9 @@ class Gate:
         self.limits: MotionLimits = limits_or_default(given, self.world.robot)
         """The limits of motions, as far as ``judged`` selects them."""
         self._rules = Rules.from_limits(self.world.robot, given, judged, min_manipulability, start_tolerance)
-        self._guard = Guard.from_checker(*self.world.now, self._rules)
+        self.statistics = Statistics()
+        """Counts of verdicts and of their reasons."""
+        self._guard = Guard.from_checker(*self.world.now, self._rules, self.statistics)
         self.checker.make_ready()  # builds trees of triangles, so no check waits for them
 
     def __repr__(self) -> str:
@@ -115,13 +119,15 @@ class Gate:
         """
         guard = self._current_guard()
         chunk = _read_chunk(guard.checker.robot, (positions, velocities, accelerations), times, state)
-        return judge_chunk(guard, *chunk, stop)
+        verdict = judge_chunk(guard, *chunk, stop)
+        self.statistics.count(verdict.outcome, verdict.reason)
+        return verdict
 
     def _current_guard(self) -> Guard:
         """Return the guard of the current world."""
         guard, (checker, revision) = self._guard, self.world.now
         if guard.revision != revision:
-            self._guard = guard = Guard.from_checker(checker, revision, self._rules)
+            self._guard = guard = Guard.from_checker(checker, revision, self._rules, self.statistics)
         return guard
 
 

@@ -7,31 +7,24 @@ point and stops there, so a proven motion to rest exists at any time of the safe
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import asdict, dataclass, replace
-from functools import partial
-from typing import Any, Literal, NamedTuple
+from dataclasses import dataclass, replace
+from functools import cache, partial
+from typing import Any
 
 import numpy as np
 
-from planner.base.arrays import Bools, Floats, Ints, frozen
-from planner.base.errors import ArrayError, OptionError, SceneError, choices
-from planner.base.resolutions import PROOF
-from planner.base.yamlfile import FARTHEST
-from planner.collision.checker import CollisionChecker
-from planner.collision.world import Contact
+from planner.base.arrays import Floats, Ints, numbers
+from planner.base.errors import ArrayError, StateError, choices
+from planner.base.polynomials import evaluate
 from planner.constraints.floor import prove_floor
 from planner.constraints.path_constraints import PathConstraints
-from planner.native.compiled import Judgement, NativeBounds, NativeGate, chunk_curves, stops_quickest
-from planner.query.resolve import position_bounds
-from planner.robot.robot import Robot
-from planner.trajectory.limits import KINDS, MotionLimits
+from planner.native.compiled import Judgement, chunk_curves
+from planner.session.guard import JUDGED, POSITION, Chunk, Guard
+from planner.session.reasons import WHERE, Outcome, Violation
+from planner.session.retiming import SCALES, ease_times, retime
 from planner.trajectory.measure import nearest_on_pieces
-from planner.trajectory.proof import ASSUMES, ROUNDING
+from planner.trajectory.proof import ASSUMES
 from planner.trajectory.trajectory import Trajectory
-
-RUNGS = frozen(np.round(2e7 * 1.2 ** np.arange(32)) / 1e9)  # s of a stop, in whole nanoseconds, up to 5.7
-POSITION = "position"
-JUDGED = (POSITION, *KINDS)
 
 _LINES = "lines: velocity jumps at the points, so acceleration and jerk are not checked; stops begin without any"
 _CUBICS = "cubics: acceleration jumps at the points, so only the jerk of stops is checked"
@@ -41,187 +34,7 @@ _BENT = "the state has no acceleration: the jerk at the first point is not check
 _UNSTOPPED = "stop is False: whether the robot can stop is not checked"
 _NOTES = {1: (_LINES,), 2: (_CUBICS,), 3: ()}  # by number of columns
 _FREE, _AWAY, _BEYOND = range(3)  # as Reason in gate.hpp; 3: not proven
-
-Kind = Literal["contact", "undecided", "reach", "limit", "floor", "constraint", "start"]
-Where = Literal["start", "motion", "stop"]
-WHERE: tuple[Where, ...] = ("start", "motion", "stop")  # as Place in gate.hpp
 _STOP = WHERE.index("stop")
-
-_HOW: dict[Kind, str] = {
-    "contact": "'{0}' and '{1}' touch, or are closer than the margin",
-    "undecided": "'{0}' and '{1}' are too close to prove that they do not touch",
-    "reach": "'{1}' can reach '{0}' by that time within its speed limit",
-    "limit": "joint '{joint}' is beyond its limit on {limit}",
-    "floor": "manipulability is not proven above the floor",
-    "constraint": "constraint '{constraint}' is not proven",
-    "start": "joint '{joint}' has another position or velocity than the first point, which is at 0 s",
-}
-_ON: dict[Where, str] = {
-    "motion": "on the motion",
-    "stop": "on the way to rest from there",
-    "start": "between the robot's state and the first point",
-}
-
-
-class Chunk(NamedTuple):
-    """Polynomial pieces (n, degree + 1, dof) of joint_trajectory_controller between ``times`` (n + 1,) s.
-
-    If the first point is after 0 s, a piece leads there from the robot's state, of the highest degree for which both
-    have derivatives. Each piece takes ``seconds`` (n,). ``knots`` (n + 1, 3, dof) are position, velocity and
-    acceleration at the end of each piece, the first those of the robot. ``approach`` (2, dof): position of the robot,
-    and its offset to a first point at 0 s; None if the first piece leads there.
-    """
-
-    times: Floats
-    seconds: Floats
-    coefficients: Floats
-    knots: Floats
-    approach: Floats | None
-
-    @staticmethod
-    def from_native(judgement: Judgement, arrays: Floats, points: int, rows: int, dof: int) -> Chunk:
-        """Split the array of ``NativeGate.check``, in the order of source/python/gate.hpp."""
-        sizes, n = (1 + dof, points + 1, points, points * 2 * rows * dof, 3 * (points + 1) * dof), judgement.pieces_made
-        _, times, seconds, pieces, knots, approach = np.split(arrays, np.cumsum(sizes))
-        return Chunk(
-            times[: n + 1],
-            seconds[:n],
-            pieces.reshape(points, 2 * rows, dof)[:n],
-            knots.reshape(points + 1, 3, dof)[: n + 1],
-            approach.reshape(2, dof) if judgement.approached else None,
-        )
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Rules:
-    """Limits of a gate: ``most`` (3, dof) on derivatives, and ``lower``, ``upper`` (dof,).
-
-    Infinite limits are not checked; ``unchecked`` names their kinds. ``floor`` is the least manipulability, 0 for none.
-    ``start_tolerance`` (rad, rad/s, rad/s²) is the largest distance of a point at 0 s from the state.
-    """
-
-    most: Floats
-    lower: Floats
-    upper: Floats
-    floor: float
-    start_tolerance: float
-    unchecked: tuple[str, ...]
-
-    @staticmethod
-    def from_limits(
-        robot: Robot, limits: MotionLimits, judged: Sequence[str] = JUDGED, floor: float = 0.0, tolerance: float = 0.0
-    ) -> Rules:
-        """Return the rules with limits of the kinds ``judged``; :class:`OptionError` for invalid values."""
-        judged = judged if isinstance(judged, str) else tuple(judged)  # an iterator can be read only once
-        unknown = sorted({str(kind) for kind in judged} - set(JUDGED))
-        if isinstance(judged, str) or unknown:
-            raise OptionError(f"judged must be a list of {choices(JUDGED)}, got {choices(unknown) or repr(judged)}.")
-        for name, value in (("min_manipulability", floor), ("start_tolerance", tolerance)):
-            if not 0.0 <= value < np.inf:
-                raise OptionError(f"{name} must be at least 0 and finite, got {value:g}.")
-        none = np.full(len(limits.joints), np.inf)
-        most = np.array([getattr(limits, kind) if kind in judged else none for kind in KINDS])
-        unchecked = tuple(kind for kind in JUDGED if kind not in judged)
-        lower, upper = position_bounds(robot) if POSITION in judged else (-none, none)
-        return Rules(most * (1.0 + ROUNDING), lower, upper, float(floor), float(tolerance), unchecked)
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Guard:
-    """Checker, rules, ``bounds`` on motions, and which obstacles (o,) have a speed limit (``limited``).
-
-    ``revision`` is that of the live world.
-    """
-
-    checker: CollisionChecker
-    rules: Rules
-    bounds: NativeBounds
-    limited: Bools
-    native: NativeGate
-    revision: int
-
-    @staticmethod
-    def from_checker(checker: CollisionChecker, revision: int, rules: Rules) -> Guard:
-        """Return the guard of a world; :class:`SceneError` for obstacles that follow known motions."""
-        world, robot = checker.world, checker.robot
-        if world.scene.moving:
-            names = choices(item.name for item in world.scene.moving)
-            raise SceneError(
-                f"obstacles of a gate must not move along known motions, got {names} in scene '{world.scene.name}': "
-                "give a speed_limit instead, and move the obstacle."
-            )
-        limited = np.array([item.speed_limit > 0 for item in world.obstacles], dtype=bool)
-        bounds = checker.bound.motion_bounds
-        if limited.any():  # these can reach links that no joint moves
-            still = ~world.moving
-            still[: world.checked.size] &= ~np.tile(limited, len(world.bodies))
-            bounds = checker.bound.native.bounds(world.pair_reach, world.reach.bodies, still)
-        _ = checker.static_contact  # computed now, so no check waits for it
-        native = NativeGate(
-            checker.bound.native,
-            bounds,
-            checker.inside.boxes,
-            bool(limited.any()),
-            PROOF,
-            (rules.most, rules.lower, rules.upper),
-            (*position_bounds(robot), robot.continuous),
-            RUNGS,
-            rules.start_tolerance,
-            FARTHEST,
-        )
-        return Guard(checker, rules, bounds, limited, native, revision)
-
-    def contact_at_start(self, q: Floats | None) -> Contact | None:
-        """Return a contact that no motion ends, or of one body inside another at ``q`` (dof,); None for none."""
-        pair = -1 if q is None else int(self.checker.inside.pairs(q[None])[0])
-        return self.checker.static_contact or (self.checker.world.contact(pair) if pair >= 0 else None)
-
-    def prove_free(self, curves: Floats, spans: Floats) -> bool:
-        """Prove connected curves (m, degree + 1, dof) free; ``spans`` (m, 3): begin, duration, 0, s."""
-        if not np.abs(curves).max() <= FARTHEST or self.contact_at_start(curves[0, 0]) is not None:
-            return False
-        native, timed = self.checker.bound.native, spans if self.limited.any() else None
-        return not native.prove_together(self.bounds, curves, PROOF, timed)[0].any()
-
-    def to_dict(self) -> dict[str, Any]:
-        """Return revision, kinds of limits, margin (m), floor and constraints as plain data."""
-        world, rules = self.checker.world, self.rules
-        judged = {"judged": [kind for kind in JUDGED if kind not in rules.unchecked], "margin": world.margin}
-        conditions = {"min_manipulability": rules.floor, "constraint": list(world.constraints.texts)}
-        return {"revision": self.revision, **judged, **conditions}
-
-    def find_stops(self, knots: Floats) -> tuple[Floats, Floats, Ints]:
-        """Return stops (n, 2, 5, dof) from knots (n, 3, dof), their seconds (n, 2), and what prevents them."""
-        rules = self.rules
-        return stops_quickest(knots, RUNGS, rules.most, (rules.lower, rules.upper))
-
-
-@dataclass(frozen=True, slots=True)
-class Violation:
-    """Why a chunk is not safe, as data.
-
-    ``kind``: "contact", "undecided" (neither proven nor refuted), "reach" (of an obstacle with a speed limit), "limit",
-    "floor", "constraint", or "start" (the first point differs from the state). ``on``: "motion", "stop" or "start".
-    ``pair``: the two bodies, None if joints move too far for a proof. ``limit`` (position, velocity, acceleration or
-    jerk) and ``joint``: the exceeded limit. ``constraint``: the violated constraint.
-    """
-
-    kind: Kind
-    on: Where
-    pair: tuple[str, str] | None = None
-    limit: str | None = None
-    joint: str | None = None
-    constraint: str | None = None
-
-    def __str__(self) -> str:
-        if self.kind == "undecided" and self.pair is None:
-            return f"{_ON[self.on]} joints move too far between two points for a proof"
-        what = {"limit": self.limit, "joint": self.joint, "constraint": self.constraint}
-        return f"{_ON[self.on]} {_HOW[self.kind].format(*(self.pair or ()), **what)}"
-
-    def to_dict(self) -> dict[str, Any]:
-        """Return plain data, with the sentence."""
-        return {**asdict(self), "text": str(self)}
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -244,6 +57,7 @@ class Verdict:
     _run: Callable[[], Chunk]  # the controller's motion
     _pieces: int  # number of safe pieces
     _with_stops: bool  # whether a stop is proven from the end of each safe piece
+    _slow: Callable[[], tuple[float, Verdict] | None]  # the scale of time, and the verdict on the slower chunk
 
     def __bool__(self) -> bool:
         return self.safe
@@ -255,6 +69,11 @@ class Verdict:
         if self.safe:
             return f"safe until {self.safe_until:g} s"
         return f"unsafe at {self.first_bad:g} s: {self.reason}; safe until {self.safe_until:g} s"
+
+    @property
+    def outcome(self) -> Outcome:
+        """Return "safe", "cut" if the chunk is safe up to a point, else "refused"."""
+        return "safe" if self.safe else "cut" if self._pieces else "refused"
 
     def to_dict(self) -> dict[str, Any]:
         """Return plain data without ``stop`` and ``clearance``; s."""
@@ -277,6 +96,60 @@ class Verdict:
         nearest = nearest_on_pieces(chunk.coefficients[:n], chunk.times[: n + 1], self._guard.checker) if n else None
         return None if nearest is None else nearest.min
 
+    @property
+    def slower(self) -> Verdict | None:
+        """The verdict on the same path in more time, whose ``stop`` begins at the end of ``slowed``.
+
+        Computed on first access where the motion is free, but a stop is not, or a limit on velocity, acceleration or
+        jerk is exceeded. The first of ``SCALES`` that is proven applies. None for safe chunks and without a proof.
+        """
+        found = self._slow()
+        return found and found[1]
+
+    @property
+    def slowed(self) -> Trajectory | None:
+        """The motion of ``slower``, with the chunk's first time and a longer duration; None without a proof."""
+        slower = self.slower
+        if slower is None:
+            return None
+        chunk, rows = slower._run(), slower._run().coefficients.shape[1] // 2
+        columns = (chunk.knots[:, order] for order in range(rows))
+        joints = self._guard.checker.robot.joints
+        return self._record(Trajectory.from_points(joints, chunk.times, *columns, time_law="slowed"))
+
+    @property
+    def time_scale(self) -> float | None:
+        """The factor above 1 by which ``slowed`` is slower once its rate has fallen; None without a proof."""
+        found = self._slow()
+        return found and found[0]
+
+    def positions_at(self, times: Floats | Sequence[float] | float) -> Floats:
+        """Return positions (k, dof) of the proven motion at ``times`` (k,) s from now.
+
+        They follow the chunk until ``safe_until``, then ``stop``, then rest. Before a first point without a state they
+        are those of the point. Raises :class:`ArrayError` for wrong shapes and negative times, and :class:`StateError`
+        if ``stop`` is None.
+        """
+        t = numbers("times", np.atleast_1d(np.asarray(times, dtype=np.float64)), ("k",))
+        if len(t) and t.min() < 0.0:
+            raise ArrayError(f"times must be at least 0 s from now, got {t.min():g}: give later times.")
+        stop, chunk, count = self.stop, self._run(), self._pieces
+        if stop is None:
+            raise StateError(f"positions need a proven stop from {self.safe_until:g} s, got none: stop the robot.")
+        positions = stop.at(t - chunk.times[count])
+        if count:
+            piece = np.clip(np.searchsorted(chunk.times[:count], t, side="right") - 1, 0, count - 1)
+            share = np.clip((t - chunk.times[piece]) / chunk.seconds[piece], 0.0, 1.0)
+            on = t < chunk.times[count]
+            positions[on] = evaluate(chunk.coefficients[piece[on]], share[on])
+        return positions
+
+    def _record(self, motion: Trajectory) -> Trajectory:
+        """Return a motion that is proven with its record."""
+        guard, pieces = self._guard, len(motion.seconds)
+        record = {"pieces": pieces, "pieces_free": pieces, "collision": guard.checker.name}
+        return replace(motion, proven=True, proof=record | guard.to_dict() | {"assumes": ASSUMES})
+
     def _stop_after(self, pieces: int) -> Trajectory | None:
         """Return the proven motion to rest behind the first ``pieces``, which are safe; None for none.
 
@@ -298,9 +171,7 @@ class Verdict:
         columns[:, 0], columns[0, 1], columns[0, 2] = knot, stops[1, 0], stops[1].sum(axis=0)
         columns[1, 1] = stops[1, 1] / seconds[1]
         rows = [0, 1, 2] if used[0] else [0, 2]
-        motion = Trajectory.from_points(robot.joints, ends[rows], *columns[:, rows], time_law="stop")
-        pieces_free = {"pieces": len(spans), "pieces_free": len(spans), "collision": guard.checker.name}
-        return replace(motion, proven=True, proof=pieces_free | guard.to_dict() | {"assumes": ASSUMES})
+        return self._record(Trajectory.from_points(robot.joints, ends[rows], *columns[:, rows], time_law="stop"))
 
 
 def judge_chunk(guard: Guard, points: int, rows: int, state: int, given: Floats, stop: bool) -> Verdict:
@@ -316,7 +187,43 @@ def judge_chunk(guard: Guard, points: int, rows: int, state: int, given: Floats,
         notes += (f"limits on {choices(left)} are not checked: judged does not name them",)
     bad = _find_first_bad(guard, judgement, arrays, run, stop)
     pieces, late, why = (judgement.pieces_made, None, None) if bad is None else bad
-    return Verdict(bad is None, float(times[pieces]), why, late, notes, guard.revision, guard, run, pieces, stop)
+    slow = cache(partial(_find_slower, guard, run, rows, given[points:][: state * dof], why)) if why else _never
+    return Verdict(bad is None, float(times[pieces]), why, late, notes, guard.revision, guard, run, pieces, stop, slow)
+
+
+def _never() -> None:
+    return None
+
+
+def _find_slower(
+    guard: Guard, run: Callable[[], Chunk], rows: int, state: Floats, why: Violation
+) -> tuple[float, Verdict] | None:
+    """Return the first scale of time with a proof, and the verdict on that chunk; None without one."""
+    chunk, dof = run(), guard.native.dof
+    is_led = len(state) > 0 and chunk.approach is None
+    if is_led and rows == 3 and len(state) == 2 * dof:  # the cubic to the first point, as a quintic
+        state = np.append(state, 2.0 * chunk.coefficients[0, 2] / chunk.seconds[0] ** 2)
+    speed = np.abs(chunk.knots[:2, 1]).max(axis=0)
+    for scale in SCALES:
+        for ease in ease_times(speed, guard.rules.most, scale, rows == 1):
+            if not _can_help(why):
+                return None
+            made = retime(chunk.times, chunk.coefficients, rows, scale, ease)
+            if made is None:
+                continue
+            times, columns = made[0][is_led:], made[1][:, is_led:]
+            given = np.concatenate([times, state, columns], axis=None)
+            verdict = judge_chunk(guard, len(times), rows, len(state) // dof, given, True)
+            if verdict.reason is None:
+                guard.statistics.count("slowed")
+                return scale, verdict
+            why = verdict.reason
+    return None
+
+
+def _can_help(why: Violation) -> bool:
+    """Whether a slower motion on the same path can be safe."""
+    return why.on == "stop" or (why.on == "motion" and why.kind == "limit" and why.limit != POSITION)
 
 
 def _find_first_bad(

@@ -32,7 +32,7 @@ from planner.native.compiled import (
     stops_quickest,
 )
 from planner.native.refinement import Descent, EvenStretches, ProofSettings, RefinedPath, Step, descend, even_stretches
-from planner.session.verdict import Chunk
+from planner.session.guard import Chunk
 from planner.trajectory.trajectory import interpolate
 from tests.random_shapes import random_pose
 

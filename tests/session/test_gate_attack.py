@@ -14,7 +14,8 @@ from planner.kinematics.forward import Chain, joint_placements
 from planner.robot.robot import Robot
 from planner.robot.shapes import corners
 from planner.session.gate import Gate
-from planner.session.verdict import Verdict, Violation, Where
+from planner.session.reasons import Violation, Where
+from planner.session.verdict import Verdict
 from tests.worlds import load
 
 

@@ -13,7 +13,8 @@ from planner.robot.poses import pose
 from planner.robot.robot import Robot
 from planner.robot.scene import Scene
 from planner.robot.shapes import Box, Capsule, Cylinder, Obstacle, Shape, Sphere
-from planner.session.gate import JUDGED, Gate
+from planner.session.gate import Gate
+from planner.session.guard import JUDGED
 from tests.worlds import load
 
 TIMES = np.array([0.5, 1.0])
