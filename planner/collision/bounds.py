@@ -180,20 +180,27 @@ def _add(native: NativeWorld, joint: int, shape: Shape, placement: Floats) -> in
         half = 0.5 * shape.length * turn[:, 2]
         return native.add_cylinder(joint, shift, half, shape.radius * turn[:, :2].T)
     if isinstance(shape, Mesh):
+        if isinstance(shape, Seen):
+            return native.add_cloud(joint, shape.cells @ turn.T + shift, shape.radius, _boxes_of(shape))
         points, depth = hull_of(shape)
         hull = points @ turn.T + shift
         if depth < _CONVEX:
             return native.add_hull(joint, hull, shape.radius)
-        if isinstance(shape, Seen):
-            return native.add_surface(joint, hull, shape.cells @ turn.T + shift, depth, shape.radius)
         triangles = (shape.vertices @ turn.T + shift)[shape.triangles]
         return native.add_surface(joint, hull, triangles, depth, shape.radius)
     points, radius = corners(shape)
     return native.add_hull(joint, points @ turn.T + shift, radius)
 
 
+def _boxes_of(cloud: Seen) -> int:
+    """Return how many boxes stand for a cloud: a box costs as much as a few of its cells."""
+    return int(np.clip(len(cloud.cells) // 16, 1, _BOXES))
+
+
 def _add_targets(native: NativeWorld, item: int, obstacle: Obstacle) -> None:
     turn, shift, shape = obstacle.placement[:3, :3], obstacle.placement[:3, 3], obstacle.shape
+    if isinstance(shape, Seen):
+        return  # the compiled cloud has made its own
     if isinstance(shape, Cylinder):
         half = np.array([shape.radius, 0.0, 0.5 * shape.length])
         native.add_target(item, turn, shift, half, 0.0, True)

@@ -19,9 +19,10 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import KDTree
 
-from planner.base.arrays import Bools, Floats, Ints, distinct_rows, frozen, numbers, placement, plain_numbers
+from planner.base.arrays import Bools, Floats, Ints, frozen, numbers, placement, plain_numbers
 from planner.base.errors import Note, SceneError
 from planner.base.yamlfile import FARTHEST
+from planner.native.compiled import group_rows
 from planner.problem.outcome import Record
 from planner.robot.shapes import CORNERS, Mesh, Obstacle
 
@@ -46,6 +47,11 @@ class Seen(Mesh):
         """A point (k, 3) of every connected component, or of more cells."""
         return frozen(self.cells[:, 0])
 
+    def _set(self, **values: Any) -> None:
+        """Set attributes: the numbers are checked, and a million of them take long to check again."""
+        for name, value in values.items():
+            object.__setattr__(self, name, frozen(value, value.dtype) if isinstance(value, np.ndarray) else value)
+
 
 class Points(Seen):
     """A surface sampled at ``xyz`` (n, 3), m: all points within a radius of a sample are solid.
@@ -55,8 +61,8 @@ class Points(Seen):
     sample, ``calibration`` that of the sensor's pose. A larger radius closes narrow passages; with one that is too
     small, proofs hold for the balls only.
 
-    Samples that are not finite are dropped and counted in ``dropped``; equal ones are merged. Raises
-    :class:`SceneError` without samples and for a radius of 0.
+    Samples that are not finite are counted in ``dropped`` and those that equal another in ``merged``; both are left
+    out. Raises :class:`SceneError` without samples and for a radius of 0.
     """
 
     covering: float
@@ -64,6 +70,7 @@ class Points(Seen):
     calibration: float
     is_estimated: bool
     dropped: int
+    merged: int
 
     def __init__(
         self,
@@ -75,10 +82,11 @@ class Points(Seen):
     ) -> None:
         given = plain_numbers("Points.xyz", xyz, SceneError)
         finite = np.isfinite(given).all(axis=-1) if given.ndim == 2 else np.ones(len(given), dtype=bool)
-        points = numbers("Points.xyz", given[finite], ("n", 3), SceneError, FARTHEST)
+        points = numbers("Points.xyz", given if finite.all() else given[finite], ("n", 3), SceneError, FARTHEST)
         if not len(points):
             raise SceneError("Points.xyz must hold a finite point, got none.")
-        points = points[np.sort(distinct_rows(points)[0])]
+        first = group_rows(np.ascontiguousarray(points), 0.0)[0]
+        count, points = len(points), points if len(first) == len(points) else points[first]
         terms = {
             "radius": estimate_covering_radius(points) if radius is None else radius,
             "noise": noise,
@@ -90,11 +98,17 @@ class Points(Seen):
         total = float(sum(terms.values()))
         if not total > 0:
             raise SceneError("Points.radius must be above 0 m, got 0: give the covering radius of the samples.")
-        super().__init__(points, np.repeat(np.arange(len(points)), 3).reshape(-1, 3), total)
-        made = {"cells": self.vertices[:, None], "covering": float(terms["radius"]), "noise": float(noise)}
-        made |= {"calibration": float(calibration), "is_estimated": is_estimated or radius is None}
-        for name, value in {**made, "dropped": int(len(given) - finite.sum())}.items():
-            object.__setattr__(self, name, value)
+        self._set(vertices=points, radius=total, covering=float(terms["radius"]), noise=float(noise))
+        self._set(calibration=float(calibration), is_estimated=is_estimated or radius is None)
+        self._set(dropped=len(given) - count, merged=count - len(points), cells=self.vertices[:, None])
+
+    @cached_property
+    def triangles(self) -> Ints:  # type: ignore[override]
+        """A degenerate triangle (n, 3) for each sample."""
+        return frozen(np.repeat(np.arange(len(self.vertices)), 3).reshape(-1, 3), np.int64)
+
+    def content(self) -> list[Any]:
+        return [type(self).__name__, self.vertices, self.radius]
 
     def part(self, chosen: Bools) -> Points:
         """Return the samples in the mask ``chosen`` (n,), with the same radius."""
@@ -109,7 +123,7 @@ class Points(Seen):
 
         Points in one grid cell, whose diagonal is the balls' diameter, are connected.
         """
-        first = distinct_rows(np.floor(self.vertices * (np.sqrt(3.0) / (2.0 * self.radius))))[0]
+        first = group_rows(self.vertices, 2.0 * self.radius / np.sqrt(3.0))[0]
         near = KDTree(self.vertices[first]).query_pairs(2.0 * self.radius, output_type="ndarray")
         graph = coo_array((np.ones(len(near)), near.T), shape=(len(first), len(first)))
         component = connected_components(graph, directed=False)[1]
@@ -137,9 +151,8 @@ class Voxels(Seen):
         low, high = corner + pitch * cuboids[:, :3], corner + pitch * cuboids[:, 3:]
         cells = 0.5 * (low + high)[:, None] + CORNERS * (high - low)[:, None]
         triangles = (8 * np.arange(len(cells))[:, None, None] + _FACES).reshape(-1, 3)
-        super().__init__(cells.reshape(-1, 3), triangles)
-        for name, value in {"cells": frozen(cells), "occupied": solid, "pitch": float(pitch), "origin": corner}.items():
-            object.__setattr__(self, name, value)
+        self._set(vertices=cells.reshape(-1, 3), triangles=triangles, radius=0.0, cells=cells)
+        self._set(occupied=solid, pitch=float(pitch), origin=corner)
 
     def __repr__(self) -> str:
         return f"<Voxels: {int(self.occupied.sum())} cubes of {1e3 * self.pitch:.3g} mm>"
@@ -191,7 +204,7 @@ def split_blocks(name: str, cloud: Points, placement: Floats, known: Iterable[Ob
     """Return the cloud as obstacles of object ``name``, one per cube of a grid; reuse ``known`` blocks."""
     same = {(item.name, *_key(item.shape, item.placement)): item for item in known if isinstance(item.shape, Points)}
     cells = np.floor(cloud.vertices / _BLOCK).astype(np.int64)
-    first, which = distinct_rows(cells.astype(float))
+    first, which = group_rows(cloud.vertices, _BLOCK)
     made = []
     for k, start in enumerate(first):
         block, part = f"{name}[{', '.join(map(str, cells[start].tolist()))}]", cloud.part(which == k)
@@ -284,9 +297,9 @@ class DepthImage:
         sides = [np.linalg.norm(corners[a] - corners[b], axis=2)[whole] for a, b in ((0, 3), (1, 2))]
         gap = 0.5 * float(np.quantile(np.maximum(*sides), _QUANTILE)) if whole.any() else self.thinning
         points = xyz[there]
-        first, which = distinct_rows(np.floor(points / self.thinning))
+        first, which = group_rows(points, self.thinning)
         dropped = float(np.linalg.norm(points - points[first][which], axis=1).max())
-        return Points(points[np.sort(first)], gap + dropped, self.noise, self.calibration, is_estimated=True)
+        return Points(points[first], gap + dropped, self.noise, self.calibration, is_estimated=True)
 
     def positions(self, depth: Floats) -> Floats:
         """Return where pixels of ``depth`` (h, w) m are in the camera's frame (h, w, 3), m."""

@@ -24,6 +24,7 @@ from planner.native.compiled import (
     curve_knots,
     curve_next_ramp,
     curve_phases,
+    group_rows,
     motion_mean,
     motion_shares,
     polynomial_extrema,
@@ -265,6 +266,36 @@ def of_distances(rng: Rng, size: Size) -> list[Any]:
     normals = world.planes(*placed, rows, pairs)
     assert np.isfinite(normals).all()
     return [coarse, close, normals]
+
+
+def of_clouds(rng: Rng, size: Size) -> list[Any]:
+    """Balls against the distance of every one of them, and a grid of ties; groups of rows against sets of rows."""
+    count, chain, found = 1 + 60 * size.rows, a_chain(rng, 1), []
+    for step in (0.0, 0.05):
+        points = rng.uniform(-1, 1, (count, 3)) * [1.0, 1.0, 1e-3]
+        points = np.round(points / step) * step if step else points
+        for side in (0.0, 0.3):
+            first, which = group_rows(points, side)
+            keys = [tuple(row) for row in (np.floor(points / side) if side else points).tolist()]
+            assert first.tolist() == [keys.index(key) for key in dict.fromkeys(keys)]
+            assert [keys[k] for k in first[which]] == keys
+            found += [first, which]
+        radius, boxes, cell = float(rng.choice([0.0, 0.02])), int(rng.integers(1, 40)), rng.uniform(0, 0.02, (1, 8, 3))
+        for sets in (points[:, None], points[:, None] + cell):
+            world = NativeWorld(chain, 0.0)
+            world.add_hull(1, np.zeros((1, 3)), 0.0)
+            world.add_spheres(0, np.zeros((1, 3)), np.zeros(1))
+            world.add_cloud(-1, sets, radius, boxes)
+            world.set_pairs(np.array([[0, 1]]), np.ones(1, dtype=bool))
+            placed = chain.placements(rng.uniform(-2, 2, (8, 1)))
+            close, coarse = world.close(*placed, np.arange(8), np.zeros(8, dtype=int)), world.coarse(*placed)[:, 0]
+            corners = np.linalg.norm(sets.reshape(-1, 1, 3) - placed[1][1], axis=2).min(axis=0) - radius
+            assert (coarse <= close + 1e-9).all()
+            assert (close <= np.maximum(corners, 0.0) + 1e-9).all()
+            reach = 1e-6 if sets.shape[1] == 1 else 0.04  # the size of a cell
+            assert (close >= corners - reach).all()
+            found += [close, coarse]
+    return found
 
 
 def of_glances(rng: Rng, size: Size) -> list[Any]:
@@ -549,7 +580,7 @@ def of_curves(rng: Rng, size: Size) -> list[Any]:
 CASES: dict[str, Callable[[Rng, Size], list[Any]]] = {
     case.__name__: case
     for case in (
-        of_a_chain, of_inverse, of_boxes, of_keeping, of_distances, of_glances, of_tree_paths, of_walks,
+        of_a_chain, of_inverse, of_boxes, of_keeping, of_distances, of_clouds, of_glances, of_tree_paths, of_walks,
         of_proofs, of_proofs_in_time, of_chunks, of_stops, of_gates, of_choices,
         of_motion_costs, of_refinement, of_curves,
     )

@@ -101,32 +101,57 @@ struct Solid {
         return solid;
     }
 
-    // The union of `count` convex sets, each the hull of `corners` points (x, y and z of each; triangles have three),
-    // rounded by `radius`, with the corners of its hull, and its depth below the hull.
-    static Solid of_surface(const double* hull_points, int hull_count, const double* triangles, int count, int corners,
-                            double depth, double radius) {
+    // The union of `count` triangles, rounded by `radius`, with the corners of its hull, and its depth below the hull.
+    static Solid of_surface(const double* hull_points, int hull_count, const double* triangles, int count, double depth,
+                            double radius) {
         Solid solid;
-        solid.depth = depth, solid.corners = corners;
-        const size_t numbers = 3 * static_cast<size_t>(corners) * count;
+        solid.depth = depth;
+        const size_t numbers = 9 * static_cast<size_t>(count);
         solid.hull = solid.keep(hull_points, hull_count, radius);
         solid.parts.reserve(2 * count);
         solid.kept.push_back(std::make_unique<double[]>(numbers));
         std::vector<double> middles;
         for (int axis = 0; axis < 3; ++axis)
-            for (const double* p = triangles + axis; p < triangles + numbers; p += 3 * corners) {
-                double sum = p[0];
-                for (int corner = 1; corner < corners; ++corner) sum += p[3 * corner];
-                middles.push_back(sum);
-            }
+            for (const double* p = triangles + axis; p < triangles + numbers; p += 9)
+                middles.push_back(p[0] + p[3] + p[6]);
         std::vector<int> order(count);
         std::iota(order.begin(), order.end(), 0);
         std::vector<Ranked> ranked(count);
-        Surface{triangles, middles.data(), count, corners, radius, solid.kept.back().get(), ranked.data()}.grow(
-            solid, order.data(), count);
+        Surface{triangles, middles.data(), count, radius, solid.kept.back().get(), ranked.data()}.grow(solid, order.data(),
+                                                                                                     count);
         return solid;
     }
 
-   private:
+    // The axis-aligned box of points, and a ball about its middle.
+    struct Box {
+        Vec low, high;
+
+        Box() = default;
+        explicit Box(const double* point) : low(vec_at(point)), high(low) {}
+        void add(const double* point) { add(Box(point)); }
+        void add(const Box& other) {
+            const Vec p = other.low, q = other.high;
+            low = {std::min(low.x, p.x), std::min(low.y, p.y), std::min(low.z, p.z)};
+            high = {std::max(high.x, q.x), std::max(high.y, q.y), std::max(high.z, q.z)};
+        }
+        Vec middle() const { return 0.5 * (low + high); }
+        // Half sizes of a box about the middle that holds this one, whatever the rounding of the middle.
+        Vec half() const {
+            const Vec up = high - middle(), down = middle() - low;
+            return {std::max(up.x, down.x), std::max(up.y, down.y), std::max(up.z, down.z)};
+        }
+        // Square of the distance of a point to the middle.
+        double away(const double* point) const {
+            const Vec out = vec_at(point) - middle();
+            return dot(out, out);
+        }
+        Part ball(double farthest, double radius) const {
+            return {middle(), (std::sqrt(farthest) + radius) * (1.0 + 1e-12)};
+        }
+        // A ball that holds the whole box.
+        Part ball(double radius) const { return ball(dot(half(), half()), radius); }
+    };
+
     Convex keep(const double* points, int count, double radius) {
         kept.push_back(std::make_unique<double[]>(3 * count));
         Convex set;
@@ -142,36 +167,17 @@ struct Solid {
         return place;
     }
 
-    // The axis-aligned box of points, and a ball about its middle.
-    struct Box {
-        Vec low, high;
-
-        explicit Box(const double* point) : low(vec_at(point)), high(low) {}
-        void add(const double* point) {
-            const Vec p = vec_at(point);
-            low = {std::min(low.x, p.x), std::min(low.y, p.y), std::min(low.z, p.z)};
-            high = {std::max(high.x, p.x), std::max(high.y, p.y), std::max(high.z, p.z)};
-        }
-        // Square of the distance of a point to the middle.
-        double away(const double* point) const {
-            const Vec out = vec_at(point) - 0.5 * (low + high);
-            return dot(out, out);
-        }
-        Part ball(double farthest, double radius) const {
-            return {0.5 * (low + high), (std::sqrt(farthest) + radius) * (1.0 + 1e-12)};
-        }
-    };
-
+   private:
     struct Ranked {
         double middle;
         int triangle;
     };
 
-    // Triangles or points that a solid's parts are made of, with `corners` times their middles, axis after axis.
+    // Triangles that a solid's parts are made of, with three times their middles, axis after axis.
     struct Surface {
         const double* triangles;
         const double* middles;
-        int every, corners;
+        int every;
         double radius;
         double* free;    // memory for corners
         Ranked* ranked;  // memory for sorting
@@ -182,8 +188,8 @@ struct Solid {
             const int here = static_cast<int>(solid.parts.size());
             solid.parts.push_back(ball(order, count));
             if (count == 1) {
-                solid.parts[here].corners = by_axis(corners_of(order[0]), corners, free);
-                free += 3 * corners;
+                solid.parts[here].corners = by_axis(corners_of(order[0]), 3, free);
+                free += 9;
                 return here;
             }
             const double* middle = middles + static_cast<size_t>(widest(order, count)) * every;
@@ -207,10 +213,10 @@ struct Solid {
         template <class Do>
         void for_corners(const int* order, int count, Do act) const {
             for (int k = 0; k < count; ++k)
-                for (int corner = 0; corner < corners; ++corner) act(corners_of(order[k]) + 3 * corner);
+                for (int corner = 0; corner < 3; ++corner) act(corners_of(order[k]) + 3 * corner);
         }
 
-        const double* corners_of(int triangle) const { return triangles + 3 * static_cast<size_t>(corners) * triangle; }
+        const double* corners_of(int triangle) const { return triangles + 9 * static_cast<size_t>(triangle); }
 
         int widest(const int* order, int count) const {
             int found = 0;

@@ -9,6 +9,7 @@
 #include "../first_proven.hpp"
 #include "../state_check.hpp"
 #include "../box_proof.hpp"
+#include "../cloud.hpp"
 #include "../tree_search.hpp"
 #include "../walk.hpp"
 #include "robot.hpp"
@@ -55,15 +56,24 @@ inline int add_cylinder(World& world, int joint, const Floats<3>& middle, const 
     return added(world, joint, Solid::of_cylinder(points));
 }
 
-inline int add_surface(World& world, int joint, const Floats<any, 3>& hull, const Floats<any, any, 3>& triangles,
+inline int add_surface(World& world, int joint, const Floats<any, 3>& hull, const Floats<any, 3, 3>& triangles,
                        double depth, double radius) {
-    const int corners = triangles.count() ? triangles.count(1) : 0;
-    require(hull.count() >= 1 && corners >= 1, "a surface has at least one triangle");
+    require(hull.count() >= 1 && triangles.count() >= 1, "a surface has at least one triangle");
     require(within(hull, hull.size(), farthest) && within(triangles, triangles.size(), farthest),
             "a triangle is no finite number");
     require(depth >= 0.0 && not_negative(&radius, 1, farthest), "a radius or a depth is no distance");
-    return added(world, joint,
-                 Solid::of_surface(hull, hull.count(), triangles, triangles.count(), corners, depth, radius));
+    return added(world, joint, Solid::of_surface(hull, hull.count(), triangles, triangles.count(), depth, radius));
+}
+
+inline int add_cloud(World& world, int joint, const Floats<any, any, 3>& sets, double radius, int boxes) {
+    require(sets.size() > 0 && sets.array.shape(0) <= INT32_MAX / 4, "a cloud has from one to 2^29 sets of points");
+    require(within(sets, sets.size(), farthest), "a point is no finite number");
+    require(not_negative(&radius, 1, farthest) && boxes >= 1, "a radius is no distance, or there is no box");
+    CloudBuilder cloud(sets, sets.count(), sets.count(1), radius);
+    std::vector<Target> targets = joint < 0 ? cloud.sections(boxes) : std::vector<Target>{};
+    const int number = added(world, joint, std::move(cloud.solid));
+    world.items[number].targets = std::move(targets);
+    return number;
 }
 
 // Enlarged by the rounding of distances, so that bounds never exceed the true distance.
@@ -474,7 +484,16 @@ inline auto tree_path(const World& world, const Bounds& bounds, const Limits& li
     return std::tuple{std::move(found), search.looked_at};
 }
 
+inline auto group_rows(const Floats<any, 3>& rows, double side) {
+    require(side >= 0.0, "the side of a cell is no length");
+    const RowGroups groups(rows, rows.array.shape(0), side);
+    return std::pair{made_of(groups.first), made_of(groups.which)};
+}
+
 inline void bind_world(nb::module_& m) {
+    m.def("group_rows", &group_rows, "rows"_a, "side"_a, at_work,
+          "Return the first row (m,) of each group of rows (n, 3), and the group (n,) of each row.\n\n"
+          "Equal rows are a group, or with a side above 0 rows in one cubic cell; in the order of first rows.");
     nb::class_<Bounds>(m, "NativeBounds", "How fast pairs and bodies of one world move at most.")
         .def_prop_ro("left_out", [](const Bounds& self) {
             return copy_into(reinterpret_cast<const bool*>(self.is_static.data()),
@@ -502,10 +521,12 @@ inline void bind_world(nb::module_& m) {
         .def("add_cylinder", &add_cylinder, "joint"_a, "middle"_a, "half"_a, "across"_a,
              "Add a cylinder: middle (3,), half of its axis (3,), two radii across (2, 3); return its number.")
         .def("add_surface", &add_surface, "joint"_a, "hull"_a, "triangles"_a, "depth"_a, "radius"_a = 0.0, at_work,
-             "Add the union of the hulls of points (m, c, 3), of triangles with c = 3, with points (k, 3) of its "
-             "hull.\n\n"
+             "Add the union of triangles (m, 3, 3), with points (k, 3) of its hull.\n\n"
              "It is at most depth (m) below the hull, which replaces it at larger distances; both are rounded by "
              "radius (m). Return its number.")
+        .def("add_cloud", &add_cloud, "joint"_a, "sets"_a, "radius"_a, "boxes"_a, at_work,
+             "Add the union of the hulls of points (m, c, 3), rounded by radius (m); return its number.\n\n"
+             "An obstacle gets its targets here, at most so many boxes.")
         .def("take", &take, "other"_a, "item"_a,
              "Add the item of another world of the same arm, with its motion and speed limit; return its number.")
         .def("set_motion", &set_motion, "item"_a, "times"_a, "turns"_a, "shifts"_a, "axes"_a, "rates"_a, "speeds"_a,
