@@ -6,16 +6,18 @@
 # make docs   build the documentation into docs/_build/html, with warnings as errors, and check its links
 # make release   build the sdist into dist, install it on every Python from 3.11 to 3.13 that is here, and plan
 # make pythons   the same with wheels of this tree, and without the Python of .venv
+# make doors   run the tests of the ROS 2 node on Python 3.11, the only one with wheels of rclpy, in build/doors
 # All set .venv up from the lock file if that has not been done.
 
 PYTHON ?= $(shell for p in python3.13 python3.12 python3.11 python3 python; do \
 	"$$p" -c 'import sys; sys.exit(not (3, 11) <= sys.version_info[:2] <= (3, 13))' 2>/dev/null && { echo "$$p"; break; }; done)
 BIN := .venv/bin
+DOORS := build/doors/bin/python
 WORKERS ?= 3
 NATIVE := $(wildcard planner/native/source/*.?pp planner/native/source/python/*.?pp)
 BUILD := pyproject.toml CMakeLists.txt tools/build_backend.py
 
-.PHONY: plan test coverage sanitize build docs release pythons lock clean
+.PHONY: plan test coverage sanitize build docs release pythons doors lock clean
 plan: .venv/ready
 	$(BIN)/planner plan
 
@@ -64,6 +66,21 @@ release pythons: .venv/ready
 release: INSTALLED = dist/*.tar.gz
 pythons: INSTALLED = .
 
+# the package comes from .venv if that has the same Python, which saves compiling it. Messages stay on this machine
+doors: .venv/ready
+	@python=$$(for p in python3.11 "$${PYENV_ROOT:-$$HOME/.pyenv}"/versions/3.11.*/bin/python $(abspath $(BIN)/python); do \
+		"$$p" -c 'import sys; sys.exit(sys.version_info[:2] != (3, 11))' 2>/dev/null && { echo "$$p"; break; }; done); \
+	test -n "$$python" || { echo "no Python 3.11 here: the ROS 2 node was not tried"; exit 0; }; \
+	set -e; \
+	cmp -s doors.lock build/doors/doors.lock || { \
+		"$$python" -m venv --clear build/doors; \
+		$(DOORS) -m pip install --quiet --no-compile --disable-pip-version-check --require-hashes -r doors.lock; \
+		cp doors.lock build/doors; }; \
+	place=$$($(DOORS) -c 'import sysconfig; print(sysconfig.get_path("purelib"))'); rm -rf "$$place"/gabf_planner*; \
+	cp -r .venv/lib/python3.11/site-packages/gabf_planner* "$$place" 2>/dev/null \
+		|| $(DOORS) -m pip install --quiet --no-compile --disable-pip-version-check --no-deps .; \
+	ROS_AUTOMATIC_DISCOVERY_RANGE=LOCALHOST $(DOORS) -m pytest --confcutdir=tests/doors tests/doors
+
 .venv/ready: .venv/packages $(BUILD) $(NATIVE)
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-build-isolation --no-deps --editable .
 	touch .venv/ready
@@ -72,6 +89,7 @@ pythons: INSTALLED = .
 	@test -n "$(PYTHON)" || { echo "planner needs Python 3.11, 3.12 or 3.13: install one, or run 'make PYTHON=/path/to/python3.12'."; exit 1; }
 	@"$(PYTHON)" -c 'import sys; sys.exit(not (3, 11) <= sys.version_info[:2] <= (3, 13))' 2>/dev/null \
 		|| { echo "planner needs Python 3.11, 3.12 or 3.13, and $(PYTHON) is none of them."; exit 1; }
+	@test ! -L .venv || { echo ".venv is a link, and the environment behind it is not that of this tree's lock files: set it up there."; exit 1; }
 	"$(PYTHON)" -m venv --clear .venv
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --require-hashes -r requirements.lock
 	@command -v c++ >/dev/null || command -v g++ >/dev/null || command -v clang++ >/dev/null || { \
@@ -83,6 +101,8 @@ pythons: INSTALLED = .
 lock:
 	uv pip compile --quiet --universal --no-strip-extras --python-version 3.11 --generate-hashes --no-emit-index-url --no-annotate \
 		--custom-compile-command "make lock" --extra clouds --extra figures --extra interop --extra mjcf --extra xacro --extra notebooks --extra cluster --group dev --group docs pyproject.toml -o requirements.lock
+	uv pip compile --quiet --no-strip-extras --python-version 3.11 --python-platform x86_64-manylinux_2_28 --generate-hashes --no-emit-index-url \
+		--no-annotate --custom-compile-command "make lock" --constraint requirements.lock --extra ros --group doors pyproject.toml -o doors.lock
 	echo 'ziglang>=0.13' | uv pip compile --quiet --universal --no-strip-extras --python-version 3.11 --generate-hashes --no-emit-index-url \
 		--no-annotate --custom-compile-command "make lock" - -o compiler.lock
 

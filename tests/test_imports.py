@@ -28,7 +28,7 @@ FLOORS: tuple[tuple[str, ...], ...] = (
     ("tasks",),
     ("session",),
     ("view.live", "figures"),
-    ("batch", "serve"),
+    ("batch", "serve", "ros"),
     ("cli",),
     ("", "__main__"),  # the package's lazy list of public names
     ("reproduce",),
@@ -45,6 +45,9 @@ def module_name(path: Path) -> str:
 MODULES = {module_name(path): path for package in PACKAGES for path in sorted(package.rglob("*.py"))}
 COMPILED = "planner.native.compiled"  # of C++
 
+ROS = ("rclpy", "std_srvs", "builtin_interfaces", "rcl_interfaces", "geometry_msgs", "sensor_msgs", "std_msgs")
+ROS += ("trajectory_msgs", "visualization_msgs")
+
 DOORS = {
     "ompl": {
         "planner.roadmap.ompl_planners",
@@ -59,6 +62,7 @@ DOORS = {
     "matplotlib": {name for name in MODULES if name.startswith("planner.figures")} | {"reproduce.figures"},
     "ctypes": {"planner.base.captured_output"},
     "yaml": {"planner.base.yamlfile"},
+    **{library: {name for name in MODULES if name.startswith("planner.ros")} for library in ROS},
     "joblib": {"planner.batch.parallel"},
     "distributed": {"planner.batch.parallel"},
     "robot_descriptions": {"planner.robot.files.robot_files"},

@@ -14,7 +14,7 @@ import pydantic
 from PIL import Image
 
 from planner.base.arrays import Floats
-from planner.base.errors import FileError, InstallationError, require_extra
+from planner.base.errors import FileError, InstallationError, SceneError, choices, require_extra
 from planner.base.files import StrPath
 from planner.base.yamlfile import FARTHEST, Coordinate, Name, Number, Size
 from planner.robot.clouds import DepthImage, Points, Unknown, Voxels
@@ -130,27 +130,35 @@ def _points(path: Path) -> Floats:
 
 
 def _from_bag(path: Path) -> Floats:
-    """Return the points of the first PointCloud2 with fields x, y, z in float32 or float64."""
+    """Return the points of the first PointCloud2."""
     factory = require_extra("mcap_ros2.decoder", "mcap").DecoderFactory()
     with path.open("rb") as file:
         for schema, channel, message in require_extra("mcap.reader", "mcap").make_reader(file).iter_messages():
             if schema.name.split("/")[-1] == "PointCloud2":
-                cloud = factory.decoder_for(channel.message_encoding, schema)(message.data)
-                kinds = {7: "f4", 8: "f8"}
-                fields = {field.name: field for field in cloud.fields if field.name in "xyz"}
-                order = ">" if cloud.is_bigendian else "<"
-                layout = np.dtype(
-                    {
-                        "names": list("xyz"),
-                        "formats": [order + kinds[fields[name].datatype] for name in "xyz"],
-                        "offsets": [fields[name].offset for name in "xyz"],
-                        "itemsize": cloud.point_step,
-                    }
-                )
-                rows = np.frombuffer(bytes(cloud.data), dtype=np.uint8).reshape(cloud.height, cloud.row_step)
-                used = np.ascontiguousarray(rows[:, : cloud.width * cloud.point_step]).view(layout)
-                return np.stack([used[name].ravel().astype(float) for name in "xyz"], axis=1)
+                return read_message(factory.decoder_for(channel.message_encoding, schema)(message.data))
     raise ValueError("it holds no PointCloud2")
+
+
+def read_message(cloud: Any) -> Floats:
+    """Return the points (n, 3) of a decoded PointCloud2; NaN for missing measurements.
+
+    Raises :class:`SceneError` unless its fields x, y and z are float32 or float64 and its data are whole.
+    """
+    kinds, order = {7: "f4", 8: "f8"}, ">" if cloud.is_bigendian else "<"
+    used = [field for field in cloud.fields if field.name in "xyz" and field.datatype in kinds]
+    fields = {field.name: (order + kinds[field.datatype], field.offset) for field in used}
+    if len(fields) < 3:
+        found = choices(f"{field.name} ({field.datatype})" for field in cloud.fields)
+        raise SceneError(f"fields of a PointCloud2 must be x, y, z of kind 7 or 8, got {found}: publish these.")
+    try:
+        formats, offsets = zip(*(fields[name] for name in "xyz"), strict=True)
+        layout = np.dtype({"names": list("xyz"), "formats": formats, "offsets": offsets, "itemsize": cloud.point_step})
+        rows = np.frombuffer(bytes(cloud.data), dtype=np.uint8).reshape(cloud.height, cloud.row_step)
+        points = np.ascontiguousarray(rows[:, : cloud.width * cloud.point_step]).view(layout)
+    except ValueError:
+        size = f"{cloud.height} rows of {cloud.row_step} bytes with {cloud.width} points of {cloud.point_step}"
+        raise SceneError(f"data of a PointCloud2 must be {size}, got {len(cloud.data)} bytes: send it again.") from None
+    return np.stack([points[name].ravel().astype(float) for name in "xyz"], axis=1)
 
 
 def _voxels(path: Path, scale: float) -> Voxels:
