@@ -90,6 +90,12 @@ class World:
             checked=frozen(scene[:, touched], np.bool_),
         )
 
+    def without(self, pairs: Bools) -> World:
+        """Return the world without a check of scene ``pairs`` (bodies, obstacles)."""
+        world = replace(self, checked=frozen(self.checked & ~pairs, np.bool_))
+        vars(world).update(reach=self.reach, pair_reach=self.pair_reach, moving=self.moving)  # whatever is checked
+        return world
+
     def with_placements(self, scene: Scene) -> World:
         """Return the world with the obstacle placements of ``scene``, which has the same shapes."""
         world = replace(self, scene=scene)

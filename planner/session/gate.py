@@ -1,6 +1,8 @@
 """The gate between a robot and the program that commands it."""
 
 from collections.abc import Sequence
+from dataclasses import replace
+from time import monotonic
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -123,12 +125,28 @@ class Gate:
         self.statistics.count(verdict.outcome, verdict.reason)
         return verdict
 
+    def allow(
+        self, link: str, object: str, *, seconds: float | None = None, box: Floats | Sequence[float] | None = None
+    ) -> None:
+        """Allow one pair to touch, see :meth:`LiveWorld.allow`; notes of verdicts name the pair.
+
+        gate.allow("panda_leftfinger", "cup", seconds=2.0)
+        """
+        self.world.allow(link, object, seconds, box)
+
+    def forbid(self, link: str, object: str) -> None:
+        """End the permission of a pair; :class:`SceneError` if it has none."""
+        self.world.forbid(link, object)
+
     def _current_guard(self) -> Guard:
         """Return the guard of the current world."""
-        guard, (checker, revision) = self._guard, self.world.now
-        if guard.revision != revision:
-            self._guard = guard = Guard.from_checker(checker, revision, self._rules, self.statistics)
-        return guard
+        now, permissions, guard, (checker, revision) = monotonic(), self.world.permissions, self._guard, self.world.now
+        if permissions:
+            permissions = tuple(item for item in permissions if item.until > now)
+        if guard.revision != revision or guard.permissions != permissions:
+            guard = Guard.from_checker(checker, revision, self._rules, self.statistics, permissions)
+            self._guard = guard
+        return replace(guard, now=now) if permissions else guard
 
 
 def _read_chunk(

@@ -17,6 +17,7 @@ from planner.collision.world import Contact
 from planner.native.compiled import Judgement, NativeBounds, NativeGate, stops_quickest
 from planner.query.resolve import position_bounds
 from planner.robot.robot import Robot
+from planner.session.permissions import Permission, Permit, motion_bounds
 from planner.session.reasons import Statistics
 from planner.trajectory.limits import KINDS, MotionLimits
 from planner.trajectory.proof import ROUNDING
@@ -93,7 +94,8 @@ class Rules:
 class Guard:
     """Checker, rules, ``bounds`` on motions, and which obstacles (o,) have a speed limit (``limited``).
 
-    ``revision`` is that of the live world.
+    ``revision`` is that of the live world. The checker leaves out the pairs of ``permits``, which are proven apart from
+    it; ``now`` (s of ``time.monotonic``) is the time of a check.
     """
 
     checker: CollisionChecker
@@ -103,9 +105,18 @@ class Guard:
     native: NativeGate
     revision: int
     statistics: Statistics
+    permissions: tuple[Permission, ...] = ()
+    permits: tuple[Permit, ...] = ()
+    now: float = 0.0
 
     @staticmethod
-    def from_checker(checker: CollisionChecker, revision: int, rules: Rules, statistics: Statistics) -> Guard:
+    def from_checker(
+        checker: CollisionChecker,
+        revision: int,
+        rules: Rules,
+        statistics: Statistics,
+        permissions: tuple[Permission, ...] = (),
+    ) -> Guard:
         """Return the guard of a world; :class:`SceneError` for obstacles that follow known motions."""
         world, robot = checker.world, checker.robot
         if world.scene.moving:
@@ -114,12 +125,12 @@ class Guard:
                 f"obstacles of a gate must not move along known motions, got {names} in scene '{world.scene.name}': "
                 "give a speed_limit instead, and move the obstacle."
             )
+        permits = tuple(Permit(item, checker) for item in permissions if item.pairs_in(world).any())
+        if permits:
+            left_out = np.any([item.permission.pairs_in(world) for item in permits], axis=0)
+            checker = type(checker)(world.without(left_out), checker)
         limited = np.array([item.speed_limit > 0 for item in world.obstacles], dtype=bool)
-        bounds = checker.bound.motion_bounds
-        if limited.any():  # these can reach links that no joint moves
-            still = ~world.moving
-            still[: world.checked.size] &= ~np.tile(limited, len(world.bodies))
-            bounds = checker.bound.native.bounds(world.pair_reach, world.reach.bodies, still)
+        bounds = motion_bounds(checker, limited)
         _ = checker.static_contact  # computed now, so no check waits for it
         native = NativeGate(
             checker.bound.native,
@@ -133,7 +144,7 @@ class Guard:
             rules.start_tolerance,
             FARTHEST,
         )
-        return Guard(checker, rules, bounds, limited, native, revision, statistics)
+        return Guard(checker, rules, bounds, limited, native, revision, statistics, permissions, permits)
 
     def contact_at_start(self, q: Floats | None) -> Contact | None:
         """Return a contact that no motion ends, or of one body inside another at ``q`` (dof,); None for none."""
@@ -152,7 +163,8 @@ class Guard:
         world, rules = self.checker.world, self.rules
         judged = {"judged": [kind for kind in JUDGED if kind not in rules.unchecked], "margin": world.margin}
         conditions = {"min_manipulability": rules.floor, "constraint": list(world.constraints.texts)}
-        return {"revision": self.revision, **judged, **conditions}
+        allowed = [item.permission.to_dict(self.now) for item in self.permits]
+        return {"revision": self.revision, **judged, **conditions} | ({"allowed": allowed} if allowed else {})
 
     def find_stops(self, knots: Floats) -> tuple[Floats, Floats, Ints]:
         """Return stops (n, 2, 5, dof) from knots (n, 3, dof), their seconds (n, 2), and what prevents them."""

@@ -9,10 +9,11 @@ from typing import Any
 import numpy as np
 
 from planner.base.arrays import Floats, is_placement, numbers
-from planner.base.errors import SceneError, StateError, choices
+from planner.base.errors import Note, SceneError, StateError, choices
 from planner.base.yamlfile import FARTHEST, validate
 from planner.collision.checker import CollisionChecker
 from planner.collision.self_filter import without_robot
+from planner.kinematics.forward import tool_pose
 from planner.problem.request import WorldRequest
 from planner.query.query import make_checker_for
 from planner.query.resolve import contact_reason
@@ -24,6 +25,7 @@ from planner.robot.robot import Robot, with_carried
 from planner.robot.robot_in_scene import resolve_frames
 from planner.robot.scene import PoseFile, Scene, build_obstacles
 from planner.robot.shapes import Carried, Obstacle
+from planner.session.permissions import Permission
 
 _REVISIONS = count()
 
@@ -44,6 +46,8 @@ class LiveWorld:
         """The robot without carried objects."""
         self.now: tuple[CollisionChecker, int] = checker, next(_REVISIONS)
         """The checker and its revision, which grows with every change and is unique in the process."""
+        self.permissions: tuple[Permission, ...] = ()
+        """Contacts that gates allow for a time or in a region."""
         self._change(lambda _: resolve_frames(scene, self.bare))
 
     @property
@@ -63,16 +67,7 @@ class LiveWorld:
     def add(self, obstacle: Obstacle | MovingObstacle | Mapping[str, Any]) -> None:
         """Add an obstacle, or a dict with its keys as in :class:`planner.Scene`."""
         (item,), notes = build_obstacles([obstacle], "the obstacle")
-
-        def add_to(scene: Scene) -> Scene:
-            names = {item.name for item in (*scene.obstacles, *scene.carried, *scene.moving)} | self._links()
-            if not item.name or item.name in names:
-                raise SceneError(
-                    f"obstacle name must be new and not empty, got '{item.name}': choose one without obstacle or link."
-                )
-            return replace(scene, obstacles=(*scene.obstacles, item), notes=(*scene.notes, *notes))
-
-        self._change(add_to)
+        self._change(lambda scene: self._with_obstacle(scene, item, notes))
 
     def move(
         self,
@@ -159,15 +154,68 @@ class LiveWorld:
 
         self._change(replace_seen)
 
-    def attach(self, name: str, frame: str, q: Floats, touch_links: Sequence[str] = ()) -> None:
-        """Attach an obstacle to ``frame`` at their relative pose in the configuration ``q`` (dof,)."""
+    def allow(
+        self, link: str, object: str, seconds: float | None = None, box: Floats | Sequence[float] | None = None
+    ) -> None:
+        """Allow a link or a carried object to touch an obstacle; all other pairs are checked as before.
+
+        For ``seconds`` from now on or inside ``box`` (x0, y0, z0, x1, y1, z1 in m, in the world) it holds for gates
+        only: sessions plan as before. A gate proves that the pair is apart at any other time, and wherever a part of
+        the link is outside the box. Without both the scene allows the contact, for sessions too. A second call for the
+        same pair replaces the first. :meth:`forbid` ends it, and so does the removal of the obstacle. Raises
+        :class:`SceneError` for unknown names, and :class:`OptionError` for unusable values.
+        """
+        permission = Permission.from_now(link, object, seconds, box, tool_pose(self.bare, self.bare.home).translation)
+        self._require_pair(link, object)
+        if seconds is None and box is None:
+            return self._change(lambda scene: replace(scene, allowed=scene.allowed | {frozenset((link, object))}))
+        with self._changing:
+            others = (item for item in self.permissions if not item.is_of(link, object))
+            self.permissions = *others, permission
+            self.now = self.checker, next(_REVISIONS)
+
+    def forbid(self, link: str, object: str) -> None:
+        """End the permission of a pair to touch; :class:`SceneError` if it has none."""
+        pair, kept = frozenset((link, object)), tuple(item for item in self.permissions if not item.is_of(link, object))
+        if pair in self.scene.allowed:
+            self._change(lambda scene: replace(scene, allowed=scene.allowed - {pair}))
+        elif len(kept) == len(self.permissions):
+            raise SceneError(f"contact of '{link}' and '{object}' must be allowed, got none: allow it first.")
+        with self._changing:
+            self.permissions, self.now = kept, (self.checker, next(_REVISIONS))
+
+    def attach(
+        self, name: str | Obstacle | Mapping[str, Any], frame: str, q: Floats, touch_links: Sequence[str] = ()
+    ) -> None:
+        """Attach an obstacle to ``frame`` at their relative pose in the configuration ``q`` (dof,).
+
+        ``name`` is that of an obstacle of the scene, or a new obstacle. The placement of a new one whose own ``frame``
+        is this frame is relative to it, as for a box around what the fingers hold.
+        """
         links, q = tuple(touch_links), self._require_configuration(q)
         unknown = sorted(set(links) - self._links())
         if unknown:
             raise SceneError(
                 f"link '{unknown[0]}' cannot touch '{name}': links with shapes are {choices(sorted(self._links()))}."
             )
-        self._change(lambda scene: attach_object(scene, _find_obstacle(scene, name), self.bare, frame, q, links))
+        if isinstance(name, str):
+            return self._change(
+                lambda scene: attach_object(scene, _find_obstacle(scene, name), self.bare, frame, q, links)
+            )
+        (item,), notes = build_obstacles([name], "the obstacle")
+        if isinstance(item, MovingObstacle) or item.frame not in ("", frame):
+            raise SceneError(
+                f"obstacle '{item.name}' must stand in the world or in '{frame}': give its placement there."
+            )
+
+        def attach_new(scene: Scene) -> Scene:
+            there = self._with_obstacle(scene, item, notes)
+            if not item.frame:
+                return attach_object(there, item, self.bare, frame, q, links)
+            held = Carried(frame, item.name, item.shape, item.placement, links, speed_limit=item.speed_limit)
+            return replace(there, obstacles=scene.obstacles, carried=(*scene.carried, held))
+
+        self._change(attach_new)
 
     def detach(self, name: str, q: Floats) -> None:
         """Detach a carried object at its pose in ``q`` (dof,); allowed contacts stay allowed."""
@@ -191,6 +239,23 @@ class LiveWorld:
     def _links(self) -> set[str]:
         return {body.link for body in self.bare.bodies}
 
+    def _with_obstacle(self, scene: Scene, item: Obstacle | MovingObstacle, notes: tuple[Note, ...]) -> Scene:
+        """Return the scene with a new obstacle; :class:`SceneError` for a name that is used."""
+        names = {item.name for item in (*scene.obstacles, *scene.carried, *scene.moving)} | self._links()
+        if not item.name or item.name in names:
+            raise SceneError(
+                f"obstacle name must be new and not empty, got '{item.name}': choose one without obstacle or link."
+            )
+        return replace(scene, obstacles=(*scene.obstacles, item), notes=(*scene.notes, *notes))
+
+    def _require_pair(self, link: str, object: str) -> None:
+        """Raise :class:`SceneError` unless a link or carried object and an obstacle have these names."""
+        links = self._links() | {item.object for item in self.scene.carried}
+        objects = {item.object for item in self.scene.obstacles}
+        for what, name, known in (("link", link, links), ("object", object, objects)):
+            if name not in known:
+                raise SceneError(f"{what} '{name}' not found; {what}s that can touch are {choices(sorted(known))}.")
+
     def _change(self, apply: Callable[[Scene], Scene]) -> None:
         """Make the next checker; :class:`SceneError` for a contact that no motion of joints can end."""
         with self._changing:
@@ -207,6 +272,10 @@ class LiveWorld:
             if contact is not None:
                 sentence = f"after this change {contact} {contact.how(world.margin)}: choose another pose."
                 raise SceneError(sentence, contact_reason("world", contact))
+            gone = {item.object for item in old.obstacles} - {
+                item.object for item in (*scene.obstacles, *scene.carried)
+            }
+            self.permissions = tuple(item for item in self.permissions if item.object not in gone)
             self.now = checker, next(_REVISIONS)
 
 

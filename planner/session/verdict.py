@@ -164,7 +164,7 @@ class Verdict:
         spans = np.column_stack([chunk.times[pieces] + ends[:2], seconds, np.zeros(2)])[used]
         on, known = np.full(len(spans), _STOP), self._with_stops and pieces > 0
         if not known and not (
-            guard.prove_free(stops[used], spans) and _find_first_broken(guard, stops[used], on) is None
+            guard.prove_free(stops[used], spans) and _find_first_broken(guard, stops[used], spans, on) is None
         ):
             return None
         columns = np.zeros((3, 3, robot.dof))  # q, qd, qdd at the start, at the last piece, at the end
@@ -185,6 +185,7 @@ def judge_chunk(guard: Guard, points: int, rows: int, state: int, given: Floats,
     notes += (_BENT,) * (judgement.approached and rows == 3 and state == 2)
     if left := guard.rules.unchecked:
         notes += (f"limits on {choices(left)} are not checked: judged does not name them",)
+    notes += tuple(item.permission.text(guard.now) for item in guard.permits)
     bad = _find_first_bad(guard, judgement, arrays, run, stop)
     pieces, late, why = (judgement.pieces_made, None, None) if bad is None else bad
     slow = cache(partial(_find_slower, guard, run, rows, given[points:][: state * dof], why)) if why else _never
@@ -236,11 +237,11 @@ def _find_first_bad(
         if contact is not None:
             on = WHERE[1 - judgement.approached]
             return 0, float(times[0]), Violation("contact", on, (contact.first, contact.second))
-    if guard.rules.floor > 0 or guard.checker.world.conditions:
+    if guard.rules.floor > 0 or guard.checker.world.conditions or guard.permits:
         chunk, count = run(), judgement.pieces
         stops = guard.find_stops(chunk.knots[1 : count + 1])[:2] if stop else None
-        curves, _, what = chunk_curves(chunk.coefficients[:count], chunk.times[: count + 1], stops, chunk.approach)
-        broken = _find_first_broken(guard, curves[: judgement.proven], what[:, 1])
+        curves, spans, what = chunk_curves(chunk.coefficients[:count], chunk.times[: count + 1], stops, chunk.approach)
+        broken = _find_first_broken(guard, curves[: judgement.proven], spans, what[:, 1])
         if broken is not None:
             piece, place = what[broken[0]].tolist()
             return piece, float(times[piece + (place == _STOP)]), broken[1]
@@ -276,10 +277,10 @@ def _explain(guard: Guard, judgement: Judgement, arrays: Floats) -> Violation:
     return Violation("reach" if limited else "undecided", on, names)
 
 
-def _find_first_broken(guard: Guard, curves: Floats, on: Ints) -> tuple[int, Violation] | None:
-    """Return the first of curves (m, degree + 1, dof) without a proof of constraints and floor.
+def _find_first_broken(guard: Guard, curves: Floats, spans: Floats, on: Ints) -> tuple[int, Violation] | None:
+    """Return the first of curves (m, degree + 1, dof) that breaks a constraint, the floor or a permission.
 
-    ``on`` (m,) are indices of ``WHERE``.
+    ``spans`` (m, 3) are their times, ``on`` (m,) indices of ``WHERE``.
     """
     robot, violation = guard.checker.robot, None
     for condition in guard.checker.world.conditions:
@@ -291,5 +292,10 @@ def _find_first_broken(guard: Guard, curves: Floats, on: Ints) -> tuple[int, Vio
         holds = prove_floor(robot, curves, guard.rules.floor).holds
         if not holds.all():
             k = int(holds.argmin())
-            return k, Violation("floor", WHERE[on[k]])
+            violation, curves = (k, Violation("floor", WHERE[on[k]])), curves[:k]
+    for permit in guard.permits:
+        broken = permit.first_broken(curves, spans[: len(curves)], guard.now) if len(curves) else None
+        if broken is not None:
+            k, kind, pair = broken
+            violation, curves = (k, Violation(kind, WHERE[on[k]], pair)), curves[:k]
     return violation
