@@ -8,10 +8,12 @@ from typing import Any
 import numpy as np
 
 from planner.base.arrays import Floats
+from planner.robot.clouds import DepthImage, Points, Voxels
 from planner.robot.poses import pose
 from planner.robot.shapes import Box, Capsule, Cylinder, Mesh, Shape, Sphere, corners
 
 KINDS = ("box", "sphere", "cylinder", "capsule", "mesh")
+SEEN = ("points", "voxels", "depth")  # obstacles only
 
 _SIZES = (-3.0, 0.5)  # decimal exponents of lengths (m)
 _GAPS = (-7.0, 0.0)  # of what is left between two points of the shapes
@@ -43,6 +45,10 @@ class Case:
 
 def spell(shape: Shape) -> str:
     """A shape with all its digits."""
+    if isinstance(shape, Points):
+        return f"Points(np.array({shape.vertices.tolist()}), {shape.radius!r})"
+    if isinstance(shape, Voxels):
+        return f"Voxels(np.array({shape.occupied.astype(int).tolist()}), {shape.pitch!r}, {shape.origin.tolist()})"
     if isinstance(shape, Mesh):
         return f"Mesh(np.array({shape.vertices.tolist()}), np.array({shape.triangles.tolist()}))"
     return repr(shape)
@@ -50,10 +56,11 @@ def spell(shape: Shape) -> str:
 
 def random_case(kinds: tuple[str, str], aim: str, rng: np.random.Generator) -> Case:
     """Shapes of two ``kinds`` in either order, some far from the origin, some with parallel axes."""
-    a, b = (random_shape(kind, rng) for kind in rng.permutation(kinds))
+    a, b = (random_shape(kind, rng) for kind in (kinds if kinds[1] in SEEN else rng.permutation(kinds)))
     place = _placement(random_turn(rng), rng.normal(size=3))
     turn = place[:3, :3] if rng.random() < 0.2 else random_turn(rng)
-    case = Case(a, b, place, place_near(a, place, b, turn, rng), bool(rng.random() < 0.3), aim)
+    linked = bool(rng.random() < 0.3) and kinds[1] not in SEEN
+    case = Case(a, b, place, place_near(a, place, b, turn, rng), linked, aim)
     if rng.random() < 0.1:
         shift = 10.0 ** rng.uniform(*_FAR) * rng.normal(size=3)
         places = (_placement(p[:3, :3], p[:3, 3] + shift) for p in (case.place_first, case.place_second))
@@ -135,7 +142,43 @@ def random_shape(kind: str, rng: np.random.Generator) -> Shape:
             return Cylinder(a, b)
         case "capsule":
             return Capsule(a, b)
+        case "points":
+            return _random_points(a, b, 10.0 ** rng.uniform(-4.0, -0.5), rng)
+        case "voxels":
+            occupied = rng.random(rng.integers(1, 5, size=3)) < rng.uniform(0.1, 1.0)
+            occupied.flat[0] = True
+            return Voxels(occupied, 0.3 * a, b * rng.normal(size=3))
+        case "depth":
+            return _random_view(rng)
     return _random_mesh(a, b, c, rng)
+
+
+def _random_points(a: float, b: float, radius: float, rng: np.random.Generator) -> Points:
+    """A single point, a needle, a patch, a heap of blobs, or two points many times, some an ulp apart."""
+    count = int(rng.integers(2, 60))
+    match rng.integers(5):
+        case 0:
+            xyz = a * rng.normal(size=(1, 3))
+        case 1:
+            xyz = np.linspace(-a, a, count)[:, None] * rng.normal(size=3)
+        case 2:
+            xyz = rng.uniform(-1.0, 1.0, (count, 3)) * (a, b, 0.0)
+        case 3:
+            xyz = a * rng.normal(size=(3, 3))[rng.integers(3, size=count)] + 0.1 * b * rng.normal(size=(count, 3))
+        case _:
+            xyz = np.nextafter(
+                a * rng.normal(size=(2, 3))[rng.integers(2, size=count)], rng.choice([-10.0, 10.0], size=(count, 1))
+            )
+    return Points(xyz, radius)
+
+
+def _random_view(rng: np.random.Generator) -> Points | Voxels:
+    """The surface or the unknown space of a small depth image with steps, holes and pixels that met nothing."""
+    depth = rng.choice([0.0, 0.4, 0.5, 0.9, 5.0], (2, 3)).repeat(4, axis=0).repeat(4, axis=1)
+    depth += 0.01 * rng.random(depth.shape)
+    image = DepthImage(depth, (10, 10, 6, 4), np.eye(4), (0.1, 1.2), pitch=float(rng.uniform(0.1, 0.3)))
+    surface, unknown = image.surface(), image.unknown_space()
+    return surface if surface and (unknown is None or rng.random() < 0.5) else unknown or Points(np.zeros((1, 3)), 0.1)
 
 
 def _random_mesh(a: float, b: float, c: float, rng: np.random.Generator) -> Mesh:
@@ -173,6 +216,13 @@ def change_shape(shape: Shape, size: float, rng: np.random.Generator) -> Shape:
             return Cylinder(radius * grown[0], length * grown[1])
         case Capsule(radius, length):
             return Capsule(radius * grown[0], length * grown[1])
+        case Points(vertices=vertices):
+            some = rng.random((len(vertices), 1)) < rng.random()
+            moved = vertices + size * (np.ptp(vertices) + shape.radius) * rng.normal(size=vertices.shape) * some
+            return Points(moved, shape.radius * grown[0])
+        case Voxels(occupied=occupied):
+            flipped = occupied ^ (rng.random(occupied.shape) < 0.2 * size)
+            return Voxels(flipped if flipped.any() else occupied, shape.pitch * grown[0], shape.origin)
         case Mesh(vertices, triangles):
             if rng.random() < 0.15:
                 return Mesh(np.round(vertices, int(rng.integers(1, 4))), triangles)

@@ -5,10 +5,11 @@ shapes (1 mm to 3 m, meshes of plates, loose and degenerate triangles, boxes and
 kilometre from the origin, one carried by an arm and the other an obstacle or carried too. Asked are `distances` of the
 checker, `coarse` and `close` of the bounds that prove, and for one pair in twelve the verdict on the state with a
 margin that is not kept, or on an overlap. Segments: one that an arm of two joints, or a robot, moves past one shape,
-put to the prover; where that says free the true distance along it is minimised. The truth is computed by Wolfe's
-algorithm between convex parts, triangle by triangle: two points bound it from above, a plane from below ("open" in the
-table as CSV is the widest gap between both), and touching is 0. "Short" is truth minus claim: safe, but such edges are
-left unproven.
+put to the prover; where that says free the true distance along it is minimised. Points (alone, in needles, patches
+and heaps, or many times), voxels and depth images are obstacles as well, some with a margin, some inside a link; a part
+of one within a closed mesh counts as a contact. The truth is computed by Wolfe's algorithm between convex parts,
+triangle by triangle: two points bound it from above, a plane from below ("open" in the table as CSV is the widest gap
+between both), and touching is 0. "Short" is truth minus claim: safe, but such edges are left unproven.
 
 Misses. Walls, poles (round or square) and windows (four boards) of the given thickness stand where a link of a random
 edge passes, at a random pose, a little off; an edge counts when both its ends are free. Every edge is sampled at each
@@ -63,6 +64,7 @@ from planner.robot.scene import Scene
 Part = Literal["claims", "segments", "misses", "proofs", "certificates", "changes"]
 ROBOTS = ("planar_2r", "iiwa14")
 PAIRS = tuple(combinations_with_replacement(shapes.KINDS, 2))
+SEEN_PAIRS = tuple(product(("box", "cylinder", "mesh"), shapes.SEEN))
 
 
 def attack(
@@ -114,10 +116,11 @@ def attack(
     for name in scenes:
         Scene.load(name)
     arms = robots or ROBOTS
-    swept: list[tuple[str, str]] = [*PAIRS, *((name, "mesh") for name in arms)]
+    pairs = (*PAIRS, *SEEN_PAIRS)
+    swept: list[tuple[str, str]] = [*pairs, *product(arms, ("mesh", "points"))]
     thin = product(robots or misses.ROBOTS, thin_obstacles.KINDS, map(float, thicknesses))
     cases: dict[str, list[bench.Case]] = {
-        "claims": [_case("claims", *pair, library, tries, seed) for pair in PAIRS for library in libraries],
+        "claims": [_case("claims", *pair, library, tries, seed) for pair in pairs for library in libraries],
         "segments": [_case("segments", *pair, library, segments, seed) for pair in swept for library in libraries],
         "misses": [
             _case("misses", name, kind, (misses.RULE, *BACKENDS), edges, seed, thickness=t) for name, kind, t in thin

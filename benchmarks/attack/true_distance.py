@@ -2,7 +2,8 @@
 
 Shares nothing with them. A shape is one convex core or many (a mesh: its triangles), each with a radius about it. The
 two nearest points of two cores are found by Wolfe's algorithm for the point of least norm in their Minkowski
-difference; the points prove that the distance is no larger, the plane between them that it is no smaller.
+difference; the points prove that the distance is no larger, the plane between them that it is no smaller. A cloud is
+its balls, voxels are a cube for each solid cell.
 """
 
 from __future__ import annotations
@@ -14,7 +15,9 @@ from typing import TypeAlias
 import numpy as np
 
 from planner.base.arrays import Floats
+from planner.robot.clouds import Points, Voxels
 from planner.robot.shapes import Box, Capsule, Cylinder, Mesh, Shape, Sphere
+from planner.robot.solids import is_watertight
 
 PRECISION = 1e-12  # m: between the two bounds, where placements are a few metres from the origin
 _ROUNDS = 200
@@ -65,6 +68,21 @@ def nearest(first: list[Placed], second: list[Placed]) -> Gap:
     return Gap(low, high)
 
 
+def is_inside(mesh: Placed, points: Floats) -> bool:
+    """Whether a watertight mesh holds one of ``points`` (n, 3): an odd number of triangles is above it."""
+    shape, placement = mesh
+    if not isinstance(shape, Mesh) or not is_watertight(shape):
+        return False
+    skew = np.linalg.qr(np.random.default_rng(5).normal(size=(3, 3)))[0]  # no edge lies along it
+    a, b, c = (shape.vertices @ skew)[shape.triangles].transpose(1, 0, 2)
+    at = (points - placement[:3, 3]) @ placement[:3, :3] @ skew
+    sides = np.stack([b - a, c - a, np.broadcast_to([0.0, 0.0, 1.0], a.shape)], axis=2)
+    upright = np.abs(np.linalg.det(sides)) > 0.0
+    share = np.linalg.solve(sides[upright], (at[:, None] - a[upright])[..., None])[..., 0]  # (n, m, 3)
+    above = (share[..., :2] >= 0.0).all(axis=2) & (share[..., :2].sum(axis=2) <= 1.0) & (share[..., 2] < 0.0)
+    return bool((above.sum(axis=1) % 2 == 1).any())
+
+
 def _cores(shape: Shape, placement: Floats) -> list[_Core]:
     turn, shift = placement[:3, :3], placement[:3, 3]
     match shape:
@@ -76,6 +94,12 @@ def _cores(shape: Shape, placement: Floats) -> list[_Core]:
         case Box(size):
             signs = np.array(np.meshgrid([-0.5, 0.5], [-0.5, 0.5], [-0.5, 0.5])).reshape(3, -1).T
             return [_hull_of((signs * np.array(size)) @ turn.T + shift)]
+        case Points(vertices=centres, radius=radius):
+            return [_hull_of(centre[None], radius) for centre in centres @ turn.T + shift]
+        case Voxels(occupied=occupied, pitch=pitch, origin=origin):
+            low = origin + pitch * np.argwhere(occupied)
+            cubes = low[:, None] + pitch * np.indices((2, 2, 2)).reshape(3, 8).T
+            return [_hull_of(corners) for corners in cubes @ turn.T + shift]
         case Mesh(vertices, triangles):
             return [_hull_of(corners) for corners in (vertices @ turn.T + shift)[triangles]]
         case Cylinder(radius, length):

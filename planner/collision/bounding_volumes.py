@@ -35,17 +35,22 @@ def sphere_cover(shape: Shape, count: int, enough: float = 0.0) -> Spheres:
         case Box(size):
             return _box_cells(np.array(size), count, enough)
         case Mesh():
-            pieces = _split_long_triangles(shape, 1.5 * enough) if enough > 0 else shape
-            cover = _cover_groups(pieces, _split_triangles(pieces, count, enough))
+            pieces = _split_long_triangles(shape, 1.5 * enough) if enough > 0 and not isinstance(shape, Seen) else shape
+            cover = _cover_groups(pieces, split_pieces(pieces, count, enough))
             return _spheres(cover.centres, cover.radii + shape.radius)
 
 
 def box_cover(mesh: Mesh, count: int) -> tuple[Floats, Floats]:
-    """Return axis-aligned boxes that contain the triangles: centres (k, 3) and half sizes (k, 3), m."""
-    groups = _split_triangles(mesh, count)
-    low = np.array([mesh.vertices[mesh.triangles[g]].reshape(-1, 3).min(axis=0) for g in groups])
-    high = np.array([mesh.vertices[mesh.triangles[g]].reshape(-1, 3).max(axis=0) for g in groups])
+    """Return axis-aligned boxes around triangles or cells: centres (k, 3) and half sizes (k, 3), m."""
+    groups, pieces = split_pieces(mesh, count), _pieces(mesh)
+    low = np.array([pieces[g].reshape(-1, 3).min(axis=0) for g in groups])
+    high = np.array([pieces[g].reshape(-1, 3).max(axis=0) for g in groups])
     return 0.5 * (low + high), 0.5 * (high - low)
+
+
+def _pieces(mesh: Mesh) -> Floats:
+    """Return the corners (m, k, 3) of the triangles; of what a sensor saw, of its cells, which are solid."""
+    return mesh.cells if isinstance(mesh, Seen) else mesh.vertices[mesh.triangles]
 
 
 def _spheres(centres: Any, radii: Any) -> Spheres:
@@ -100,9 +105,9 @@ def _split_long_triangles(mesh: Mesh, longest: float, most: int = 20_000) -> Mes
     return Mesh(corners.reshape(-1, 3), np.arange(3 * len(corners)).reshape(-1, 3))
 
 
-def _split_triangles(mesh: Mesh, count: int, enough: float = 0.0) -> list[np.ndarray]:
-    """Divide triangles into ``count`` groups; the widest group is halved at its median each time."""
-    middle = mesh.vertices[mesh.triangles].mean(axis=1)
+def split_pieces(mesh: Mesh, count: int, enough: float = 0.0) -> list[np.ndarray]:
+    """Divide triangles or cells into ``count`` groups; the widest group is halved at its median each time."""
+    middle = _pieces(mesh).mean(axis=1)
     groups = [np.arange(len(middle))]
     extents = [np.ptp(middle, axis=0)]
     while len(groups) < count:
@@ -118,10 +123,10 @@ def _split_triangles(mesh: Mesh, count: int, enough: float = 0.0) -> list[np.nda
 
 
 def _cover_groups(mesh: Mesh, groups: list[np.ndarray]) -> Spheres:
-    # a sphere that holds a triangle's three vertices holds the triangle: both are convex
-    centres, radii = [], []
+    # a sphere that holds the corners of a triangle or cell holds it: both are convex
+    centres, radii, pieces = [], [], _pieces(mesh)
     for group in groups:
-        points = mesh.vertices[mesh.triangles[group]].reshape(-1, 3)
+        points = pieces[group].reshape(-1, 3)
         centre = 0.5 * (points.min(axis=0) + points.max(axis=0))
         centres.append(centre)
         radii.append(np.linalg.norm(points - centre, axis=1).max())

@@ -2,12 +2,14 @@
 
 import json
 import sys
+from dataclasses import replace
 from itertools import combinations_with_replacement
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+import trimesh
 
 from benchmarks.attack import misses
 from benchmarks.attack.cases import KINDS, random_case
@@ -15,7 +17,7 @@ from benchmarks.attack.certificates import run as certificates
 from benchmarks.attack.claims import attack_claims
 from benchmarks.attack.proofs import compare_proofs
 from benchmarks.attack.run import attack
-from benchmarks.attack.segments import attack_segments
+from benchmarks.attack.segments import Proven, Sweep, attack_segments, judge_sweep
 from benchmarks.attack.thin_obstacles import thin_case
 from benchmarks.attack.true_distance import true_distance
 from benchmarks.problems import find_problems
@@ -24,9 +26,13 @@ from planner.base.progress import QUIET
 from planner.collision import BACKENDS, make_checker
 from planner.collision.bounds import ClearanceBound
 from planner.collision.coal import CoalChecker
+from planner.collision.containment import Containment
 from planner.native.compiled import NativeWorld
 from planner.problem.request import PlanRequest
+from planner.robot.clouds import Points
+from planner.robot.poses import pose
 from planner.robot.scene import Scene
+from planner.robot.shapes import Body, Mesh
 from tests.batch.posts import write_problem
 from tests.coal_judge import coal_distance, coal_geometry
 from tests.random_shapes import random_pose, random_shape
@@ -47,6 +53,7 @@ def too_short(monkeypatch: pytest.MonkeyPatch) -> None:
 
 def test_a_planted_false_proof_ends_the_command_with_an_error(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("benchmarks.attack.run.PAIRS", (("box", "sphere"),))
+    monkeypatch.setattr("benchmarks.attack.run.SEEN_PAIRS", (("box", "points"),))
     asked = {"parts": ("segments",), "segments": 24, "robots": ("planar_2r",), "libraries": ("fcl",)}
     assert attack(tmp_path / "honest", **asked) == 0
     too_short(monkeypatch)
@@ -77,6 +84,25 @@ def test_planted_false_claims_are_found(monkeypatch: pytest.MonkeyPatch) -> None
     assert proven is not None
     assert proven.false_free > 0
     assert proven.over > 1e-3
+    proven = attack_segments(("box", "points"), "fcl", 60, rng(), QUIET)
+    assert proven is not None
+    assert proven.false_free > 0
+
+
+@pytest.mark.parametrize("free", [False, True])
+def test_a_point_inside_a_link_that_a_planted_prover_overlooks_is_found(
+    free: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    crate = trimesh.creation.box([0.3, 0.2, 0.1])
+    crate += trimesh.creation.box([0.1, 0.1, 0.1], pose([0.3, 0.0, 0.0]))  # planes see a convex mesh as solid
+    link = Body("link", "link", 2, Mesh(crate.vertices, crate.faces), pose())
+    arm = replace(load("planar_2r"), bodies=(link,))
+    sweep = Sweep(arm, Points([[0.5, 0, 0]], 0.01), pose(), False, np.zeros(2), np.array([0.0, 0.1]))
+    if free:
+        monkeypatch.setattr(Containment, "pairs", lambda self, q: np.full(len(q), -1))
+    proven = Proven()
+    judge_sweep(sweep, "coal", proven)
+    assert (proven.tried, proven.free, proven.false_free) == (1, int(free), int(free))
 
 
 def test_edges_that_a_blind_prover_calls_free_are_found(monkeypatch: pytest.MonkeyPatch) -> None:

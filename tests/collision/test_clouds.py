@@ -1,6 +1,7 @@
 """Proofs among clouds against coal, which sees every ball as a sphere and every cuboid as a box."""
 
 from collections import Counter
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -13,9 +14,10 @@ from planner.collision import BACKENDS, make_checker
 from planner.collision.checker import is_free
 from planner.collision.edge_prover import EdgeProver, Verdict
 from planner.collision.self_filter import points_on_robot, without_robot
+from planner.kinematics.forward import Chain, joint_placements
 from planner.robot.poses import pose
 from planner.robot.scene import Scene
-from planner.robot.shapes import Box, Obstacle, Sphere
+from planner.robot.shapes import Body, Box, Obstacle, Shape, Sphere
 from planner.session.session import Session
 from tests.coal_judge import CoalWorld
 from tests.random_shapes import QUICK, random_curves, random_pose
@@ -30,7 +32,7 @@ def random_cloud(rng: np.random.Generator, reach: float) -> tuple[Scene, Scene]:
     points = Points(rng.normal(0, 0.2, (40, 3)), float(rng.uniform(1e-3, 0.03)))
     voxels = Voxels(rng.random((4, 4, 4)) < 0.15, float(rng.uniform(0.02, 0.08)), -0.1 * np.ones(3))
     first, second = random_pose(rng, reach), random_pose(rng, reach)
-    single = [(Sphere(points.radius), first @ pose(xyz)) for xyz in points.vertices]
+    single: list[tuple[Shape, np.ndarray]] = [(Sphere(points.radius), first @ pose(xyz)) for xyz in points.vertices]
     for cell in voxels.cells:
         low, high = cell.min(axis=0), cell.max(axis=0)
         single.append((Box(tuple((high - low).tolist())), second @ pose(0.5 * (low + high))))
@@ -64,6 +66,29 @@ def test_proven_free_implies_that_coal_finds_no_contact_with_any_ball_or_cuboid(
 
     check()
     assert verdicts[int(Verdict.FREE)] >= 10
+
+
+@pytest.mark.parametrize("backend", BACKENDS)
+@pytest.mark.parametrize("kind", ["one point", "needle", "voxel"])
+@pytest.mark.parametrize("margin", [0.0, 0.125])
+def test_a_cell_exactly_on_the_boundary_of_margin_and_radius_is_never_proven_free(
+    margin: float, kind: str, backend: str
+) -> None:
+    """All numbers are exact in binary: the gap of a ball in the arm and the cell is the margin, to the last bit."""
+    arm = replace(load("planar_2r"), bodies=(Body("ball", "ball", 2, Sphere(0.25), pose()),))
+    elbow = joint_placements(Chain.from_arm(arm), np.zeros((1, 2)))[1][2, 0]
+    needle = elbow + np.outer(np.linspace(1.0, 2.0, 65), [0, 0, 1])
+    for shift, free in ((0.0, False), (2.0**-12, True), (-(2.0**-16), False)):
+        low = elbow + np.array([0.0, 0.0, margin + 0.25 + shift])
+        shape = {
+            "one point": Points(low[None] + [0, 0, 0.5], 0.5),
+            "needle": Points(needle + low - elbow - [0, 0, 0.5], 0.5),
+            "voxel": Voxels(np.ones((1, 1, 1)), 0.5, low - [0.25, 0.25, 0.0]),
+        }[kind]
+        checker = make_checker(arm, scene_of((shape, pose())), backend, margin=margin)
+        turns = EdgeProver(checker).prove(np.zeros((1, 2)), np.array([[0.0, 0.01]]))
+        assert bool(turns.free[0]) == free
+        assert is_free(checker, np.zeros(2)) == free
 
 
 def test_the_robots_own_points_are_left_out_and_no_others() -> None:

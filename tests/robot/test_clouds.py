@@ -94,6 +94,13 @@ def test_samples_that_are_not_finite_are_dropped_and_counted() -> None:
     assert (len(cloud.vertices), cloud.dropped) == (60, 2)
 
 
+def test_a_million_duplicates_are_one_point_each_and_millimetres_get_a_hint() -> None:
+    cloud = Points(np.tile(XYZ, (17_000, 1)), 0.01)
+    np.testing.assert_array_equal(cloud.vertices, XYZ)
+    (note,) = Scene("s", (Obstacle("a", Points(1e3 * XYZ, 10.0), np.eye(4)),)).notes
+    assert note.text.endswith("if its file is in millimetres, give scale: 0.001.")
+
+
 @pytest.mark.parametrize(
     ("make", "sentence"),
     [
