@@ -27,6 +27,7 @@ from .roadmap.build import build_roadmap as build_roadmap
 from .roadmap.roadmap import Roadmap as Roadmap
 from .roadmap.storage import load_roadmap as load_roadmap
 from .roadmap.storage import save_roadmap as save_roadmap
+from .robot.cell import Cell as Cell
 from .robot.clouds import DepthImage as DepthImage
 from .robot.clouds import Points as Points
 from .robot.clouds import Voxels as Voxels

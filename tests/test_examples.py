@@ -15,8 +15,8 @@ import planner.figures
 
 BLOCK = re.compile(r"(?:^|\n\n)((?:    [^\n]*\n?)+)")
 ELSEWHERE = {  # what needs files or objects of its own, and runs in tests of its own
-    "Progress", "Robot.from_pinocchio", "Session.task", "TaskPlan.load", "TaskPlanner", "follow", "paths_from", "show",
-    "task",
+    "Cell", "Progress", "Robot.from_pinocchio", "Session.task", "TaskPlan.load", "TaskPlanner", "follow", "paths_from",
+    "show", "task",
 }  # fmt: skip
 
 

@@ -16,6 +16,17 @@ inside = planner.BoxConstraint(lower=(0.2, -0.5, 0.1), upper=(0.8, 0.5, 0.9))  #
 import planner
 
 bar = planner.Obstacle("bar", planner.Capsule(radius=0.02, length=0.5), planner.pose([0.6, 0.2, 0.4]))
+# --- Cell ---
+import planner
+
+cell = planner.Cell(
+    "bench",
+    {
+        "left": planner.Robot.load("planar_2r"),
+        "right": planner.Robot.load("planar_2r", base=planner.pose([1.5, 0, 0], rpy=[0, 0, 3.1416])),
+    },
+)
+plan = planner.plan(cell=cell, start={"left": [0.8, 0.4]}, goal={"left": [-0.8, -0.4]}, nodes=50)
 # --- CollisionChecker ---
 import planner
 

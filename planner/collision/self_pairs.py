@@ -6,6 +6,7 @@ from planner.base.cache import load_or_compute
 from planner.collision.checker import APART, CollisionChecker
 from planner.collision.world import World
 from planner.kinematics.forward import joint_placements
+from planner.robot.composite import prefix_pairs
 from planner.robot.robot import Robot
 from planner.robot.scene import Scene
 
@@ -34,8 +35,13 @@ def generate_disabled_pairs(robot: Robot, backend: type[CollisionChecker]) -> fr
     """Return adjacent links, and links in contact in nearly all of a fixed sample of configurations.
 
     Unlike MoveIt's setup assistant, it keeps pairs that never touched in the sample: a sample proves nothing, and
-    distant pairs cost almost nothing. The result is cached.
+    distant pairs cost almost nothing. The result is cached. A composite robot has the pairs of its parts, so all pairs
+    between two parts are checked.
     """
+    if robot.parts:
+        own = {prefix: part.disabled_pairs for prefix, part in robot.parts.items()}
+        known = {p: generate_disabled_pairs(robot.parts[p], backend) if own[p] is None else own[p] for p in own}
+        return frozenset().union(*(prefix_pairs(prefix, pairs or ()) for prefix, pairs in known.items()))
     disabled = adjacent_pairs(robot)
 
     def compute() -> dict[str, np.ndarray]:

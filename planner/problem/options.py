@@ -131,6 +131,10 @@ Margin = Annotated[_Margin, Doc(f"{_MARGIN}.")]
 RecordedRobot = Annotated[_Like | None, Doc(f"{_ROBOT}; {_RECORDED}, else iiwa14.")]
 RecordedScene = Annotated[_Like | None, Doc(f"{_SCENE}; {_RECORDED}, else paper.")]
 RecordedMargin = Annotated[_Margin | None, Doc(f"{_MARGIN}; {_RECORDED}, else 0.")]
+Cell = Annotated[
+    _Like | None,
+    Doc("File of a cell: several robots in one scene, in place of robot and scene; states are then ROBOT:STATE."),
+]
 Tool = Annotated[
     str | None,
     Doc("Frame of targets and manipulability; left out the scene's, the robot's, or the tip of its group."),

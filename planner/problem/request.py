@@ -74,6 +74,7 @@ class PartialWorld:
 
     robot: option.RecordedRobot = None
     scene: option.RecordedScene = None
+    cell: option.Cell = None
     tool: option.Tool = None
     srdf: option.Srdf = None
     group: option.Group = None
@@ -88,6 +89,12 @@ class PartialWorld:
     def __post_init__(self) -> None:
         if self.group is not None and self.joints is not None:
             raise OptionError("--group and --joints exclude each other: give one of them.")
+        alone = (None, str(option.ROBOT), str(option.SCENE))
+        own = [
+            name for name in ("robot", "scene", "srdf", "group", "joints", "base") if getattr(self, name) not in alone
+        ]
+        if self.cell is not None and own:
+            raise OptionError(f"--cell names robots and scene: leave out --{own[0]}.")
 
 
 @options
@@ -249,7 +256,9 @@ class Request:
 
     def config(self) -> dict[str, Any]:
         """Return the options by command-line name as plain data: objects by name, targets as text."""
-        return {_FILE_KEYS.get(name, name): _plain(value) for name, value in self.values().items()}
+        values = self.values()
+        of_cell = ("robot", "scene") if values.get("cell") is not None else ()
+        return {_FILE_KEYS.get(name, name): _plain(value) for name, value in values.items() if name not in of_cell}
 
 
 @options

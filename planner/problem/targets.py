@@ -12,6 +12,7 @@ holds alternative goals, of four joints too.
 """
 
 import math
+import re
 from collections.abc import Iterable, Mapping, Set
 from dataclasses import dataclass
 from numbers import Real
@@ -36,6 +37,7 @@ HOME = "home"
 BOTH = "&"  # between the conditions of one goal
 FARTHEST_BASE = 1e4  # m: the largest coordinate of a scene file
 TURN = 2 * math.pi * (1 + 1e-4)  # rad: a whole turn with its rounding
+_ROBOT = re.compile(r"[A-Za-z_][\w-]*")  # its name, before a colon
 FORMS = "a name from the scene, q:..., xyz:x,y,z, pose:x,y,z,qx,qy,qz,qw or conditions such as axis:z,0,0,-1,0.1"
 
 
@@ -111,7 +113,18 @@ class Named:
         return ",".join(self.names)
 
 
-Target: TypeAlias = Joints | Position | Pose | ToolGoal | Named
+@dataclass(frozen=True)
+class RobotStates:
+    """States of single robots of a cell by name; several of one robot are alternatives."""
+
+    states: tuple[tuple[str, Joints | Position | Pose | ToolGoal | Named], ...]
+
+    @property
+    def text(self) -> str:
+        return AND.join(f"{robot}:{state.text}" for robot, state in self.states)
+
+
+Target: TypeAlias = Joints | Position | Pose | ToolGoal | Named | RobotStates
 
 
 def parse_target(text: str) -> Target:
@@ -120,6 +133,8 @@ def parse_target(text: str) -> Target:
     :func:`planner.query.resolve.resolve` checks the number of joints, limits, reach and NaN.
     """
     kind, colon, rest = text.partition(":")
+    if colon and _ROBOT.fullmatch(kind) and kind not in ("q", "xyz", "pose") and not is_condition(text):
+        return RobotStates(tuple(_robot_state(part.strip()) for part in text.split(AND)))
     if BOTH in text or is_condition(text):
         return ToolGoal(tuple(each for part in text.split(BOTH) for each in _conditions(part.strip())))
     if not colon:
@@ -135,7 +150,20 @@ def parse_target(text: str) -> Target:
         case "pose":
             values = _numbers(text, rest, 7)
             return Pose(values[:3], values[3:])
-    raise OptionError(f"state must be {FORMS}, got '{text[:100]}'.")
+    raise _not_a_state(text)
+
+
+def _not_a_state(text: str) -> OptionError:
+    return OptionError(f"state must be {FORMS}, got '{text[:100]}'.")
+
+
+def _robot_state(text: str) -> tuple[str, Joints | Position | Pose | ToolGoal | Named]:
+    """Return the robot and its state in a text such as left:home."""
+    robot, _, rest = text.partition(":")
+    state = parse_target(rest) if rest and _ROBOT.fullmatch(robot) else None
+    if state is None or isinstance(state, RobotStates):
+        raise _not_a_state(text)
+    return robot, state
 
 
 def _conditions(part: object) -> tuple[Condition, ...]:
@@ -184,6 +212,9 @@ def read_target(state: object, role: str = "state") -> Target:
         return state
     if isinstance(state, str):
         return parse_target(state)
+    if isinstance(state, Mapping) and state and all(isinstance(robot, str) for robot in state):
+        each = [(robot, target) for robot, given in state.items() for target in read_goals(given)]
+        return RobotStates(tuple((robot, target) for robot, target in each if not isinstance(target, RobotStates)))
     if is_placement(state):
         (x, y, z), (a, b, c, d), _ = _numbers_of(state, role)
         return Pose((x, y, z), (a, b, c, d))

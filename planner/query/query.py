@@ -16,8 +16,9 @@ from planner.kinematics.inverse import Tolerance
 from planner.problem.conditions import Condition, parse_constraints
 from planner.problem.request import ProblemRequest, WorldRequest
 from planner.problem.targets import HOME, Joints, Target, joints_text
+from planner.query.cells import composite_targets
 from planner.query.resolve import check_limits, joint_values, other_turns, resolve
-from planner.query.robots import robot_of, widen_limits_for
+from planner.query.robots import load_cell, open_cell, robot_of, widen_limits_for
 from planner.robot import robot_in_scene
 from planner.robot.moveit.requests import (
     MotionPlanRequest,
@@ -99,6 +100,10 @@ def make_query(
             "motion in time avoids: leave out --no-timing or timing=None."
         )
     start, goals = _targets(request, robot, scene, message)
+    if request.cell is not None:
+        start, goals = composite_targets(
+            load_cell(request.cell), start, goals, request.ik_solutions, request.ik_tolerance
+        )
     if request.widen_limits:
         robot = widen_limits_for(robot, [start, *goals])
     _require_limits(robot, [("start", start), *((_role(goal, goals), goal) for goal in goals)])
@@ -170,6 +175,7 @@ def _collect_constraints(
 
 def _set_up(request: WorldRequest, message: MotionPlanRequest | None) -> tuple[Scene, Robot]:
     """Return the scene, and the robot in it, with the changes of a MoveIt request."""
+    request = open_cell(request)
     scene = with_start_state(Scene.load(request.scene), message)
     return scene, robot_of(request, scene, message)
 

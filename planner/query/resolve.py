@@ -7,7 +7,7 @@ from functools import cache
 import numpy as np
 
 from planner.base.arrays import Bools, Floats, frozen
-from planner.base.errors import StateError, choices, format_quantity, log_notes
+from planner.base.errors import OptionError, StateError, choices, format_quantity, log_notes
 from planner.base.yamlfile import FARTHEST, quote
 from planner.collision.checker import CollisionChecker, contact_at, is_free
 from planner.collision.world import Contact
@@ -25,6 +25,7 @@ from planner.problem.targets import (
     Named,
     Pose,
     Position,
+    RobotStates,
     Target,
     ToolGoal,
     follow_names,
@@ -70,6 +71,8 @@ def resolve(
             if role == "start":
                 log_notes(*other_turns(target, checker, states))
             return found[None]
+        case RobotStates():
+            raise OptionError(f"state must be {FORMS}, got '{target.text[:100]}': only a cell has states by robot.")
         case ToolGoal(conditions):
             found = _spread(solve_conditions(conditions, checker, role, starts), checker.robot)
             return _choose(found, checker, role, count, starts)
@@ -116,6 +119,8 @@ def resolve_as_is(target: Target, checker: CollisionChecker, states: Mapping[str
             found = _reach(target, with_tool(checker.robot, target.frame), role, None, inverse.TOLERANCE)
         case ToolGoal(conditions):
             found = solve_conditions(conditions, checker, role)
+        case RobotStates():
+            raise OptionError(f"{role} must be {FORMS}, got '{target.text[:100]}': only a cell has states by robot.")
     touching = np.array([contact_at(checker, q) is not None for q in found])
     return frozen(found[np.lexsort((-manipulability(checker.robot, found), touching))[0]])
 

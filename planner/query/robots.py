@@ -12,7 +12,7 @@ from collections.abc import Iterator
 from dataclasses import replace
 from functools import lru_cache
 from pathlib import Path
-from typing import get_args
+from typing import TypeVar, get_args
 
 import numpy as np
 
@@ -30,6 +30,7 @@ from planner.problem.options import Measure, MeasureName, Rows
 from planner.problem.request import PlanRequest, SweepRequest, WorldRequest
 from planner.problem.targets import TURN, Joints, Target
 from planner.query.resolve import looks_like_degrees
+from planner.robot.cell import Cell
 from planner.robot.files.packages import PATHS
 from planner.robot.files.robot_files import JointChoice, RobotFiles, find_robot, read_robot, robot_file
 from planner.robot.files.urdf import read_description
@@ -76,6 +77,31 @@ def robot_of(request: WorldRequest, scene: Scene, message: MotionPlanRequest | N
     robot = _assemble(files, tool, choice, tuple(fixed.items()), tuple(np.ravel(base).tolist()))
     robot = with_measure(robot, request.jacobian_rows, request.manipulability)
     return _set_up(robot, scene, message, choice)
+
+
+W = TypeVar("W", bound=WorldRequest)
+
+
+def open_cell(request: W) -> W:
+    """Return the request with the composite robot and the scene of its cell in place of the cell."""
+    if request.cell is None:
+        return request
+    cell = load_cell(request.cell)
+    return replace(request, cell=None, robot=cell.robot, scene=cell.scene)
+
+
+def load_cell(cell: object) -> Cell:
+    """Return a cell, or the one of a file, which a process reads once while it does not change."""
+    if isinstance(cell, Cell):
+        return cell
+    if not isinstance(cell, str):
+        raise TypeError(f"cell must be a file or a planner.Cell, got {type(cell).__name__}.")
+    return _read_cell(cell, os.stat(cell).st_mtime_ns if os.path.isfile(cell) else 0)
+
+
+@lru_cache(maxsize=4)
+def _read_cell(path: str, _: int) -> Cell:
+    return Cell.load(path)
 
 
 def at_usable_home(files: RobotFiles, robot: Robot) -> Robot:

@@ -67,6 +67,7 @@ class Robot(Arm):
     shares: Mapping[str, float] = field(default_factory=dict)  # of its velocities and accelerations, as a request asks
     world_frame: str = ""  # the SRDF's name of the frame of the base
     notes: tuple[Note, ...] = ()  # on ignored content of its files and of a request
+    parts: Mapping[str, Robot] = field(default_factory=dict, repr=False)  # of a composite robot, by prefix
 
     def __repr__(self) -> str:
         return f"<Robot: {self.name}, {self.dof} joints, tool {self.tool}>"
@@ -289,11 +290,24 @@ def with_widened_limits(robot: Robot, configurations: Floats) -> Robot:
     return replace(robot, lower=frozen(lower), upper=frozen(upper))
 
 
+def part_bodies(parts: Mapping[str, Robot], bodies: Sequence[tuple[Body, ...]]) -> tuple[Body, ...]:
+    """Return the ``bodies`` of parts as those of their composite, whose joints are counted on."""
+    placed, joints = list[Body](), 0
+    for (prefix, part), own in zip(parts.items(), bodies, strict=True):
+        placed += [
+            replace(b, name=prefix + b.name, link=prefix + b.link, joint=b.joint and b.joint + joints) for b in own
+        ]
+        joints += part.model.njoints - 1
+    return tuple(placed)
+
+
 def load_visuals(robot: Robot) -> tuple[Body, ...]:
     """Return the bodies to draw; slow for detailed meshes.
 
     Falls back to the collision bodies with a warning, so that a finished plan is not lost.
     """
+    if robot.parts:
+        return (*part_bodies(robot.parts, [load_visuals(part) for part in robot.parts.values()]), *robot.carried)
     full = urdf.build_model(robot.source)
     try:
         moving = tuple(robot.model.names)

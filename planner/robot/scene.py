@@ -222,7 +222,7 @@ class Scene:
             message = parse_scene_text(text, path) if is_text else parse_planning_scene(data, path)
             more = {"carried": message.carried, "allowed": message.allowed, "message": message, "notes": message.notes}
             return Scene(message.name, message.obstacles, "from MoveIt", **more)
-        return _from_file(validate(SceneFile, data, where, SceneError), path)
+        return scene_from_file(validate(SceneFile, data, where, SceneError), path)
 
     def placement(self, robot: str) -> PlacementFile:
         """Return the set-up of a robot in this scene, or the default."""
@@ -302,7 +302,8 @@ def mesh_notes(items: Iterable[ObstacleFile | CarriedFile], folder: Path = Path(
     return tuple(collada_notes(folder / item.file for item in items if item.type == "mesh"))
 
 
-def _from_file(file: SceneFile, path: Path) -> Scene:
+def scene_from_file(file: SceneFile, path: Path) -> Scene:
+    """Return the scene of a file's content; paths of meshes are relative to its folder."""
     folder = path.parent
     obstacles: Any = [obstacle for item in file.obstacles for obstacle in read_obstacle(item, folder)]
     return Scene(

@@ -17,7 +17,7 @@ from planner.kinematics.forward import tool_pose
 from planner.problem.request import WorldRequest
 from planner.query.query import make_checker_for
 from planner.query.resolve import contact_reason
-from planner.query.robots import attach_object, detach_object
+from planner.query.robots import attach_object, detach_object, open_cell
 from planner.robot.clouds import DepthImage, Points, Voxels, notes_on_clouds, split_blocks
 from planner.robot.moving import MovingObstacle
 from planner.robot.poses import pose
@@ -39,6 +39,7 @@ class LiveWorld:
 
     def __init__(self, request: WorldRequest) -> None:
         """Open the world of ``request``; :class:`PlannerError` for unusable input."""
+        request = open_cell(request)
         scene = Scene.load(request.scene)
         checker = make_checker_for(replace(request, scene=replace(scene, carried=())))
         self._changing = threading.Lock()

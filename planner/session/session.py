@@ -19,11 +19,14 @@ from planner.problem.conditions import AND
 from planner.problem.options import ROBOT, SCENE, RobotLike, SceneLike
 from planner.problem.request import Objective, PlanRequest, TaskRequest, TimingRequest, build_request, reject_unknown
 from planner.problem.targets import joints_text, read_target
+from planner.query.cells import composite_targets
 from planner.query.query import Query, resolve_query, states_of
 from planner.query.resolve import resolve_as_is
+from planner.query.robots import load_cell
 from planner.roadmap.grow import GrowthSettings
 from planner.roadmap.roadmap import Roadmap
 from planner.roadmap.storage import load_roadmap
+from planner.robot.cell import Cell
 from planner.robot.clouds import DepthImage, Points, Voxels
 from planner.robot.moving import MovingObstacle
 from planner.robot.robot import Robot
@@ -78,6 +81,9 @@ class Session:
         """
         reject_unknown(options, OPTIONS, "a session")
         world: LiveWorld | None = None
+        self._cell = None if (cell := options.pop("cell", None)) is None else load_cell(cell)
+        if self._cell is not None:
+            robot, scene = self._cell.robot, self._cell.scene
         if isinstance(robot, LiveWorld):
             world, now = robot, robot.checker.world
             options |= {"collision": robot.checker.name, "margin": now.margin, "constraint": now.conditions}
@@ -212,7 +218,7 @@ class Session:
         """
         with self._lock():
             planning = self._make_settings(start, goal, beta, timing, progress)
-            return self._answer(planning, _resolve(self.checker, planning.request))
+            return self._answer(planning, _resolve(self.checker, planning.request, self._cell))
 
     def replan(self, *, progress: Progress = QUIET) -> SessionPlan:
         """Solve the last query again in the current world; :class:`PlannerError` before the first plan.
@@ -225,7 +231,7 @@ class Session:
             settings, query = self._last_query
             planning = self._with_stop(settings, progress)
             checker = self.checker
-            query = _keep_free_ends(checker, query) or _resolve(checker, planning.request)
+            query = _keep_free_ends(checker, query) or _resolve(checker, planning.request, self._cell)
             return self._answer(planning, query)
 
     def task(
@@ -316,9 +322,10 @@ class Session:
             self._busy.release()
 
 
-def _resolve(checker: CollisionChecker, request: PlanRequest) -> Query:
-    what = request.what
-    return resolve_query(checker, what.start, what.goal, what.ik_solutions, what.ik_tolerance)
+def _resolve(checker: CollisionChecker, request: PlanRequest, cell: Cell | None) -> Query:
+    what, how = request.what, (request.what.ik_solutions, request.what.ik_tolerance)
+    ends = (what.start, what.goal) if cell is None else composite_targets(cell, what.start, what.goal, *how)
+    return resolve_query(checker, *ends, *how)
 
 
 def _make_task(world: LiveWorld, what: Task | Sequence[Step], q: Floats | None) -> Task:

@@ -147,6 +147,12 @@ def _scale(limits: MotionLimits, kind: str, scale: float, own: float | None, sha
 
 
 def _robot_limits(robot: Robot) -> MotionLimits:
+    if robot.parts:
+        own = [_robot_limits(part) for part in robot.parts.values()]
+        texts = [dict.fromkeys(each.source[kind] for each in own) for kind in KINDS]
+        sources = [sorted(each, key=lambda text: not text.startswith("assumed")) for each in texts]
+        rows = (frozen(np.concatenate([getattr(each, kind) for each in own])) for kind in KINDS)
+        return MotionLimits(robot.joints, *rows, dict(zip(KINDS, map("; ".join, sources), strict=True)))
     unknown = ~((robot.velocity > 0) & np.isfinite(robot.velocity))
     velocity, source_of_velocity = np.where(unknown, ASSUMED_VELOCITY, robot.velocity), "URDF"
     if unknown.any():
