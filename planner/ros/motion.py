@@ -27,16 +27,6 @@ class Motion:
     from_state: bool
     proven: bool = True
 
-    @property
-    def duration(self) -> float:
-        """The time of the last point, s."""
-        return float(self.parts[-1].times[-1])
-
-    @property
-    def at_rest(self) -> bool:
-        """Whether the motion ends at rest."""
-        return bool((np.abs(self.parts[-1].at(self.duration, 1)) < _AT_REST).all())
-
     def points(self) -> Iterator[tuple[int, list[Floats]]]:
         """Yield nanoseconds and columns (dof,) of every point of a message.
 
@@ -65,29 +55,37 @@ class Motion:
 
 
 def make_motion(
-    joints: tuple[str, ...], columns: Sequence[Floats], times: Floats, state: Sequence[Floats], verdict: Verdict
+    joints: tuple[str, ...],
+    columns: Sequence[Floats],
+    times: Floats,
+    state: Sequence[Floats],
+    verdict: Verdict,
+    slow: bool = False,
 ) -> Motion | None:
     """Return the proven part of a chunk (k, dof) at ``times`` (k,) with a proven stop; None for none.
 
-    ``state`` are position and velocity of the robot (dof,), and optionally its acceleration.
+    ``state`` are position and velocity of the robot (dof,), and optionally its acceleration. If ``slow`` and the chunk
+    is not safe, the motion is the slower one of the verdict, where there is one.
     """
     clock, parts = to_nanoseconds(times), list[Trajectory]()
     kept = int((clock <= to_nanoseconds(np.array([verdict.safe_until]))[0]).sum())
-    if kept and clock[0] > 0:
-        count = min(len(columns), len(state))
-        lead = [np.stack([row, column[0]]) for row, column in zip(state[:count], columns, strict=False)]
-        parts.append(Trajectory(joints, np.array([0, clock[0]]), tuple(lead)))
-    if kept > 1:
-        parts.append(Trajectory(joints, clock[:kept], tuple(column[:kept] for column in columns)))
-    motion = Motion(tuple(parts), from_state=bool(clock[0] > 0))
-    if parts and motion.at_rest:
-        return motion
-    stop = verdict.stop
-    if stop is None:
+    slower, slowed = (verdict.slower, verdict.slowed) if slow else (None, None)
+    if slower is not None and slowed is not None:
+        verdict, parts = slower, [slowed]
+    else:
+        if kept and clock[0] > 0:
+            lead = [np.stack(rows) for rows in zip(state, [column[0] for column in columns], strict=False)]
+            parts.append(Trajectory(joints, np.array([0, clock[0]]), tuple(lead)))
+        if kept > 1:
+            parts.append(Trajectory(joints, clock[:kept], tuple(column[:kept] for column in columns)))
+    from_state = not parts or bool(clock[0] > 0)
+    if parts and (np.abs(parts[-1].ends(1)[0][-1]) < _AT_REST).all():
+        return Motion(tuple(parts), from_state)
+    if verdict.stop is None:
         return None
     begin = int(parts[-1].nanoseconds[-1]) if parts else 0
-    parts.append(replace(stop, nanoseconds=stop.nanoseconds + begin))
-    return Motion(tuple(parts), from_state=motion.from_state or not motion.parts)
+    behind = replace(verdict.stop, nanoseconds=verdict.stop.nanoseconds + begin)
+    return Motion((*parts, behind), from_state)
 
 
 def check_rest(gate: Gate, motion: Motion, t: float) -> Verdict | None:

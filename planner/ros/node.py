@@ -44,6 +44,7 @@ PARAMETERS: dict[str, tuple[Any, str]] = {
     "tool": ("", "frame that goals are for; without one that of the robot"),
     "margin": (0.005, "m around everything, for what the controller deviates"),
     "beta": (0.5, "weight of distance against manipulability, 0 to 1"),
+    "on_unsafe": ("stop", "what follows an unproven chunk: stop, or slow (the same path, where it is proven then)"),
     "cloud_radius": (0.0, "m of solid around each point of a cloud; 0: estimated from the cloud"),
     "self_filter": (0.02, "m around the arm in which points of a cloud are left out"),
     "max_state_age": (0.5, "s after which a joint state is too old"),
@@ -71,6 +72,8 @@ class PlannerNode(Node):
         self._running: tuple[float, Motion] | None = None
         self._last_words: dict[str, str] = {}  # by topic
         self._given = {name: self._read(name, *what) for name, what in PARAMETERS.items()}
+        if self._given["on_unsafe"] not in ("stop", "slow"):
+            raise OptionError(f"on_unsafe must be stop or slow, got '{self._given['on_unsafe']}': choose one.")
         PlanRequest.from_options(beta=self._given["beta"])  # its range
         self._out = self.create_publisher(JointTrajectory, self._given["controller"], _LAST)
         self._reasons = self.create_publisher(String, "~/reason", 10)
@@ -203,7 +206,7 @@ class PlannerNode(Node):
         with self._turn:
             state = self._require_state()
             verdict = gate.check(*columns, times=times, state=state)
-            motion = make_motion(gate.robot.joints, columns, times, state, verdict)
+            motion = make_motion(gate.robot.joints, columns, times, state, verdict, self._given["on_unsafe"] == "slow")
             if motion is not None:
                 self._run(motion)
         if verdict:

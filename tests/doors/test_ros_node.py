@@ -1,5 +1,6 @@
 """The ROS 2 node in one process with its users: a robot that reports its state, a person, a policy, a camera."""
 
+import re
 import time
 from collections.abc import Callable, Iterator
 from threading import Thread
@@ -9,10 +10,12 @@ import numpy as np
 import pytest
 import rclpy
 from builtin_interfaces.msg import Duration
+from geometry_msgs.msg import PoseStamped
 from rclpy.executors import MultiThreadedExecutor
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 from rclpy.qos import DurabilityPolicy, QoSProfile
+from scipy.spatial.transform import Rotation
 from sensor_msgs.msg import JointState, PointCloud2, PointField
 from std_msgs.msg import String
 from std_srvs.srv import Trigger
@@ -111,6 +114,27 @@ def make_cloud(points: Floats, frame: str = "world") -> PointCloud2:
     return cloud
 
 
+def make_pose(placement: Floats, frame: str) -> PoseStamped:
+    message, turn = PoseStamped(), Rotation.from_matrix(placement[:3, :3]).as_quat()
+    message.header.frame_id = frame
+    for name, value in zip("xyz", placement[:3, 3], strict=True):
+        setattr(message.pose.position, name, float(value))
+    for name, value in zip("xyzw", turn, strict=True):
+        setattr(message.pose.orientation, name, float(value))
+    return message
+
+
+def turn(length: float) -> PoseStamped:
+    message = make_pose(np.eye(4), "world")
+    message.pose.orientation.w = length
+    return message
+
+
+def cut(cloud: PointCloud2) -> PointCloud2:
+    cloud.data = cloud.data[:-4]
+    return cloud
+
+
 def read(message: JointTrajectory) -> list[Point]:
     points = []
     for point in message.points:
@@ -128,6 +152,13 @@ def play(message: JointTrajectory, state: list[Floats]) -> Floats:
 def is_free(rows: Floats, scene: Any = "shelf") -> bool:
     """Whether coal, which the node does not use, finds no contact."""
     return planner.make_checker(ROBOT, scene, backend="coal").first_contact(rows) is None
+
+
+def make_box(centre: Floats, half: float = 0.1) -> Floats:
+    """Points on the surface of a cube."""
+    line = np.linspace(-half, half, 6)
+    rows = np.array([[x, y, z] for x in line for y in line for z in line if max(map(abs, (x, y, z))) > 0.99 * half])
+    return centre + rows
 
 
 @pytest.fixture(scope="module")
@@ -151,16 +182,15 @@ def cell(opened: Cell) -> Cell:
     return opened
 
 
-def test_a_goal_becomes_a_motion_that_runs_when_asked(cell: Cell) -> None:
-    goal = BOARD
-    planned = cell.ask("planner/goal_joints", make_state(ROBOT.joints, goal), "planned")
+def test_a_goal_of_joints_becomes_a_motion_that_runs_when_asked(cell: Cell) -> None:
+    planned = cell.ask("planner/goal_joints", make_state(ROBOT.joints, BOARD), "planned")
     assert tuple(planned.joint_names) == ROBOT.joints
     rows = play(planned, [cell.q, cell.qd])
-    assert np.allclose(rows[[0, -1]], [START, goal])
+    assert np.allclose(rows[[0, -1]], [START, BOARD])
     assert is_free(rows)
     wait(lambda: bool(cell.heard["markers"]))
     tool, arms = cell.heard["markers"][-1].markers
-    assert np.allclose([tool.points[-1].x, tool.points[-1].y, tool.points[-1].z], ROBOT.fk(goal)[:3, 3])
+    assert np.allclose([tool.points[-1].x, tool.points[-1].y, tool.points[-1].z], ROBOT.fk(BOARD)[:3, 3])
     assert tool.header.frame_id == "panda_link0"
     assert len(arms.points) == 12 * 2 * 8
     before = len(cell.heard["trajectory"])
@@ -168,3 +198,110 @@ def test_a_goal_becomes_a_motion_that_runs_when_asked(cell: Cell) -> None:
     wait(lambda: len(cell.heard["trajectory"]) > before)
     assert cell.heard["trajectory"][-1] == planned
     assert "shown first" in cell.execute().message
+
+
+@pytest.mark.parametrize("frame", ["world", "panda_link0", "panda_link5"])
+def test_a_goal_of_the_tool_is_in_any_frame_of_the_robot(cell: Cell, frame: str) -> None:
+    there = ROBOT.fk(BOARD)
+    seen_from = np.linalg.inv(np.eye(4) if frame == "world" else ROBOT.fk(START, frame)) @ there
+    planned = cell.ask("planner/goal_pose", make_pose(seen_from, frame), "planned")
+    assert np.allclose(ROBOT.fk(read(planned)[-1][1][0]), there, atol=1e-4)
+
+
+def test_a_motion_does_not_start_from_elsewhere(cell: Cell) -> None:
+    cell.ask("planner/goal_joints", make_state(ROBOT.joints, BOARD), "planned")
+    cell.q = START + 0.05
+    time.sleep(0.1)
+    answer = cell.execute()
+    assert not answer.success
+    assert "another position" in answer.message
+
+
+@pytest.mark.parametrize("columns", [1, 2, 3])
+@pytest.mark.parametrize("safe", [True, False])
+def test_only_what_is_proven_goes_to_the_controller(cell: Cell, columns: int, safe: bool) -> None:
+    times = 0.1 * np.arange(1, 26)
+    share = np.minimum(times / 2.5, 1.0)
+    blend = np.array([share**3 * (10 - 15 * share + 6 * share**2), 30 * share**2 * (1 - share) ** 2 / 2.5, 0 * share])
+    blend[2] = 60 * share * (1 - share) * (1 - 2 * share) / 2.5**2
+    delta = (0.1 if safe else 1.0) * (np.array([0.9, 1.2, 0.0, 0.9, 0.0, 0.0, 0.0]))
+    rows = [row[:, None] * delta + (START if k == 0 else 0.0) for k, row in enumerate(blend[:columns])]
+    assert is_free(np.linspace(START, rows[0][-1], 200)) == safe
+    reasons = len(cell.heard["reason"])
+    sent = cell.ask("planner/proposed", make_chunk(rows, times), "trajectory")
+    positions = play(sent, [cell.q, cell.qd])
+    assert is_free(positions)
+    assert np.allclose(positions[-1], positions[-2], atol=1e-4)
+    if safe:
+        assert read(sent)[-1][0] <= 2.6e9
+        assert [point.positions for point in sent.points[:25]] == [
+            point.positions for point in make_chunk(rows, times).points
+        ]
+        assert len(cell.heard["reason"]) == reasons
+    else:
+        wait(lambda: len(cell.heard["reason"]) > reasons)
+        assert "touch" in cell.heard["reason"][-1].data
+
+
+def test_a_cloud_in_the_way_stops_the_motion_under_way(cell: Cell) -> None:
+    times, goal = 0.5 * np.arange(1, 11), START + np.array([0.8, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0])
+    rows = START + np.linspace(0.1, 1.0, 10)[:, None] * (goal - START)
+    sent = cell.ask("planner/proposed", make_chunk([rows], times), "trajectory")
+    assert np.allclose(play(sent, [cell.q, cell.qd])[-1], goal, atol=0.01)
+    far, near = make_box(np.array([-0.6, -0.6, 0.2])), make_box(ROBOT.fk(goal)[:3, 3])
+    before = len(cell.heard["trajectory"])
+    cell.send("planner/points", make_cloud(far))
+    time.sleep(1.0)
+    assert len(cell.heard["trajectory"]) == before
+    seen_from = np.linalg.inv(ROBOT.fk(START, "panda_link0"))
+    cloud = make_cloud(near @ seen_from[:3, :3].T + seen_from[:3, 3], "panda_link0")
+    reason = cell.ask("planner/points", cloud, "reason")
+    assert "the world changed" in reason.data
+    assert "cloud of panda_link0" in reason.data
+    wait(lambda: len(cell.heard["trajectory"]) > before)
+    stop = cell.heard["trajectory"][-1]
+    scene = planner.Scene.load("shelf")
+    seen = (planner.Obstacle("seen", planner.Points(near)), *scene.obstacles)
+    positions = play(stop, [rows[0], (goal - START) / 5.0])
+    assert is_free(positions[1:], planner.Scene(name="with the cloud", obstacles=seen))
+    assert np.abs(positions[-1] - goal).max() > 0.1
+    nothing = np.array([[-0.7, -0.7, 0.2]])
+    for frame in ("world", "panda_link0"):
+        cell.send("planner/points", make_cloud(nothing, frame))
+    time.sleep(1.0)
+
+
+BAD = {
+    "joints of another robot": ("goal_joints", make_state("abcdefg", START), "joints of the message must include"),
+    "no number": ("goal_joints", make_state(ROBOT.joints, START * np.nan), "position must be finite"),
+    "a goal in contact": ("goal_joints", make_state(ROBOT.joints, 0 * START), "goal"),
+    "an unknown frame": ("goal_pose", make_pose(np.eye(4), "camera"), "frame 'camera' not found.*reads no TF"),
+    "no rotation": ("goal_pose", turn(2.0), "quaternion must have length 1, got 2"),
+    "no points": ("proposed", make_chunk([], np.zeros(0)), "positions"),
+    "half a chunk": ("proposed", make_chunk([START[None]], np.ones(1), ROBOT.joints[:3]), "joint_names must be"),
+    "a short row": (
+        "proposed",
+        make_chunk([START[None, :5]], np.ones(1)),
+        "positions of a point must have 7 values, got 5",
+    ),
+    "times backwards": ("proposed", make_chunk([np.tile(START, (2, 1))], np.array([2.0, 1.0])), "times must increase"),
+    "NaN in a chunk": ("proposed", make_chunk([START[None] * np.nan], np.ones(1)), "positions"),
+    "a damaged cloud": (
+        "points",
+        PointCloud2(height=1, width=4, point_step=16, row_step=64),
+        "fields of a PointCloud2",
+    ),
+    "a cut cloud": ("points", cut(make_cloud(np.ones((4, 3)))), "data of a PointCloud2 must be"),
+    "an empty cloud": ("points", make_cloud(np.full((4, 3), np.nan)), "finite point"),
+}
+
+
+@pytest.mark.parametrize("name", BAD)
+def test_bad_input_gets_a_sentence_and_the_node_goes_on(cell: Cell, name: str) -> None:
+    topic, message, sentence = BAD[name]
+    before = len(cell.heard["trajectory"])
+    reason = cell.ask(f"planner/{topic}", message, "reason").data
+    assert re.search(sentence, reason)
+    assert "\n" not in reason
+    assert len(cell.heard["trajectory"]) == before
+    cell.ask("planner/proposed", make_chunk([START[None]], np.ones(1)), "trajectory")
