@@ -73,7 +73,7 @@ def _robot_record(name: str) -> dict[str, Any]:
         }
         for k, joint in enumerate(robot.joints)
     ]
-    record = {"name": robot.name, "description": robot.description, "tool": robot.tool}
+    record = {"name": robot.name, "description": robot.description, "tool": robot.tool_text}
     return record | {"home": robot.home.tolist(), "joints": joints}
 
 

@@ -66,11 +66,15 @@ class ManipulabilityBound:
 def prove_floor(robot: Robot, coefficients: Floats, floor: Floats | float) -> FloorProofs:
     """Prove that w is at least ``floor`` (m,) on curves sum_k c_k s^k, (m, degree + 1, dof), s in [0, 1].
 
-    Intervals that the bound at their middle does not cover are halved. Raises :class:`ArrayError` for wrong shapes or
-    values that are not finite.
+    With several tools, w of each one is. Intervals that the bound at their middle does not cover are halved. Raises
+    :class:`ArrayError` for wrong shapes or values that are not finite.
     """
     coefficients = numbers("coefficients", coefficients, ("m", "degree + 1", robot.dof))
     m = len(coefficients)
+    if robot.other_tools:
+        each = [prove_floor(one, coefficients, floor) for one in robot.with_each_tool]
+        least, broken = np.min([one.lowest for one in each], axis=0), np.any([one.broken for one in each], axis=0)
+        return FloorProofs(np.all([one.holds for one in each], axis=0), broken, least)
     bound, slopes = ManipulabilityBound(robot), derivative(coefficients)
     floor = numbers("floor", np.broadcast_to(floor, (m,)), (m,))
     proofs = FloorProofs(np.ones(m, dtype=bool), np.zeros(m, dtype=bool), np.full(m, np.inf))

@@ -12,7 +12,7 @@ from planner.base.arrays import Floats
 from planner.base.resolutions import TOOL_ALONG_EDGE, W_IN_COST, W_STATES_PER_EDGE
 from planner.cost.scale import CostScale, cost_number, length_cost, manipulability_cost
 from planner.kinematics.forward import Chain
-from planner.kinematics.manipulability import evaluate_measure, tool_and_rows
+from planner.kinematics.manipulability import evaluate_measure, tools_and_rows
 from planner.native.compiled import Charge
 from planner.problem.request import Objective
 from planner.robot.robot import Robot
@@ -83,7 +83,6 @@ class MotionCost:
         by_joints = objective.metric == "joint"
         unit, chord = (scale.joint_length, 0.0) if by_joints else (scale.tool_length, TOOL_ALONG_EDGE)
         numbers = (scale.w_low, scale.w_high, scale.zeta, unit, objective.beta, objective.floor)
-        joint, point, rows = tool_and_rows(self.robot)
         return Charge(
             Chain.from_arm(self.robot).native,
             numbers=(*numbers, self.longest, W_IN_COST, chord),
@@ -91,9 +90,7 @@ class MotionCost:
             at_end=objective.cost_integration == "nodes",
             fewest=self.states,
             wraps=self.robot.continuous,
-            joint=joint,
-            point=point,
-            rows=rows,
+            tools=tools_and_rows(self.robot),
             measure=None if self.robot.measure == "yoshikawa" else partial(evaluate_measure, self.robot),
         )
 

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 import pinocchio as pin
 
 from planner.base.arrays import Bools, Floats, Ints, frozen
-from planner.base.errors import RobotError, choices
+from planner.base.errors import OptionError, RobotError, choices
 from planner.base.yamlfile import quote
 from planner.problem.options import Measure, Rows
 
@@ -29,9 +29,10 @@ class Mimic:
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Arm:
-    """The planned joints of a robot, their limits and a tool; configurations are (n, dof), rad.
+    """The planned joints of a robot, their limits and its tools; configurations are (n, dof), rad.
 
     Prismatic joints are in m. A continuous joint is one angle like any other; ``continuous`` says which may wrap.
+    ``tool`` is the main tool; a robot with several arms has ``other_tools`` too.
     """
 
     model: pin.Model
@@ -40,6 +41,7 @@ class Arm:
     upper: Floats  # (dof,)
     continuous: Bools  # (dof,)
     tool: str
+    other_tools: tuple[str, ...] = ()
     home: Floats  # (dof,)
     jacobian_rows: Rows  # the rows of the tool's Jacobian that w is computed from
     measure: Measure = "yoshikawa"
@@ -62,6 +64,23 @@ class Arm:
     @cached_property
     def tool_id(self) -> int:
         return frame_id(self.model, self.tool)
+
+    @property
+    def tools(self) -> tuple[str, ...]:
+        """The frames of all tools, the main one first."""
+        return self.tool, *self.other_tools
+
+    @property
+    def tool_text(self) -> str:
+        """All tools as people write them, with commas between."""
+        return ",".join(self.tools)
+
+    @cached_property
+    def with_each_tool(self) -> tuple[Arm, ...]:
+        """The same arm once for each tool, with that tool only."""
+        if not self.other_tools:
+            return (self,)
+        return tuple(replace(self, tool=tool, other_tools=()) for tool in self.tools)
 
     @cached_property
     def without_payload(self) -> Arm:
@@ -112,6 +131,14 @@ def in_one_turn(angles: Floats) -> Floats:
 def sliding_joints(model: pin.Model) -> Bools:
     """Return (joints,) which joints of ``model`` are prismatic (in m)."""
     return np.array([joint.shortname().startswith("JointModelP") for joint in list(model.joints)[1:]])
+
+
+def tool_names(text: str) -> tuple[str, ...]:
+    """Return the tools that a text names, with commas between; :class:`OptionError` unless they differ."""
+    names = tuple(name.strip() for name in text.split(","))
+    if not all(names) or len({*names}) < len(names):
+        raise OptionError(f"tool must be a frame, or different frames with commas between, got {quote(text)}.")
+    return names
 
 
 def frame_id(model: pin.Model, name: str) -> int:

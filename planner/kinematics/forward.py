@@ -124,13 +124,14 @@ def tool_positions(arm: Arm, q: Floats) -> Floats:
 
 
 def tool_path_lengths(arm: Arm, start: Floats, delta: Floats) -> Floats:
-    """Return the lengths (n,) of the tool's paths (m) along straight motions ``delta`` (n, dof).
+    """Return the lengths (n,) of the tools' paths (m) along straight motions ``delta`` (n, dof).
 
-    They are sums of chords between states that are ``TOOL_ALONG_EDGE`` apart. ``start`` is (n, dof).
+    They are sums of chords between states that are ``TOOL_ALONG_EDGE`` apart, and of all tools. ``start`` is (n, dof).
     """
     chords = np.maximum(1, np.ceil(np.abs(delta).sum(axis=1) / TOOL_ALONG_EDGE)).astype(np.int64)
-    joint, placement = tool_joint(arm)
-    return Chain.from_arm(arm).native.path_lengths(start, delta, chords, joint, placement.translation)
+    placed, native = map(tool_joint, arm.with_each_tool), Chain.from_arm(arm).native
+    lengths = [native.path_lengths(start, delta, chords, joint, place.translation) for joint, place in placed]
+    return np.sum(lengths, axis=0)
 
 
 def tool_pose(arm: Arm, q: Floats) -> pin.SE3:

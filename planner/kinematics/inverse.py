@@ -3,6 +3,7 @@
 Wampler 1986; Nakamura and Hanafusa 1986.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TypeAlias
 
@@ -32,9 +33,12 @@ class Solutions:
     angle: float  # rad, between the tool's and the target's orientation; 0 for a position
 
 
+Target: TypeAlias = pin.SE3 | Floats  # a pose, or a position (3,)
+
+
 def solve(
     arm: Arm,
-    target: pin.SE3 | Floats,
+    target: Target | Sequence[Target],
     rng: np.random.Generator,
     starts: int,
     near: Floats | None = None,
@@ -42,16 +46,19 @@ def solve(
 ) -> Solutions:
     """Return configurations within limits that bring the tool frame to a pose or a position (3,).
 
-    The ``target`` is in the world. Descents begin at ``starts`` seeds all over the joint space, and at ``near`` (k,
-    dof). Where none reaches a pose exactly, as with fewer than six axes, those that bring the tool within the
-    ``tolerance``.
+    The ``target`` is in the world; several, one for each of ``arm.tools``, are reached at once. Descents begin at
+    ``starts`` seeds all over the joint space, and at ``near`` (k, dof). Where none reaches a pose exactly, as with
+    fewer than six axes, those that bring the tool within the ``tolerance``.
     """
     seeds = np.vstack([arm.home, rng.uniform(arm.lower, arm.upper, size=(starts - 1, arm.dof))])
     if near is not None:
         seeds = np.vstack([seeds, near])
-    to = pin.SE3(np.eye(3), np.asarray(target, dtype=float)) if isinstance(target, np.ndarray) else target
-    targets = np.broadcast_to(to.homogeneous, (len(seeds), 4, 4))
-    ends, distance, angle, configurations = solve_within(arm, targets, seeds, tolerance if to is target else None)
+    wanted = [target] if isinstance(target, pin.SE3 | np.ndarray) else list(target)
+    oriented = [isinstance(each, pin.SE3) for each in wanted]
+    places = [each if isinstance(each, pin.SE3) else pin.SE3(np.eye(3), np.asarray(each, float)) for each in wanted]
+    targets = np.broadcast_to([place.homogeneous for place in places], (len(seeds), len(places), 4, 4))
+    within = tolerance if any(oriented) else None
+    ends, distance, angle, configurations = solve_within(arm, targets, seeds, within, oriented)
     # a target that is inf metres away is out of reach, as the caller will say
     off = np.nan_to_num(distance + _ARM * angle, nan=np.inf)
     nearest = int(np.argmin(off))
@@ -60,36 +67,47 @@ def solve(
 
 
 def solve_each(
-    arm: Arm, targets: Floats, seeds: Floats, turns_freely: bool = False, weight: float = 1.0, oriented: bool = True
+    arm: Arm,
+    targets: Floats,
+    seeds: Floats,
+    turns_freely: bool = False,
+    weight: float = 1.0,
+    oriented: Sequence[bool] = (True,),
 ) -> tuple[Floats, Floats, Floats]:
-    """Return the ends of descents from ``seeds`` (n, dof), each to its own target (n, 4, 4).
+    """Return the ends of descents from ``seeds`` (n, dof), each to its own target (n, 4, 4) of the main tool.
 
     Configurations (n, dof) within limits, and the errors (n,) m and rad of the tool there: a solution where they are
     within the tolerances. With ``turns_freely`` a turn about the tool's z axis is no error. Elsewhere a descent ends
-    where ``weight`` times metres and radians are least in squares.
+    where ``weight`` times metres and radians are least in squares. Targets (n, k, 4, 4) are those of all k tools, of
+    which ``oriented`` tells whose orientation counts; the errors are those of the worst tool.
     """
-    (joint, placement), limits = tool_joint(arm), (arm.lower, arm.upper, arm.continuous)
+    arms = arm.with_each_tool[:1] if targets.ndim == 3 else arm.with_each_tool
+    joints, placements = zip(*map(tool_joint, arms), strict=True)
+    places = np.array([place.homogeneous for place in placements])
+    rows = np.where(oriented, 5 if turns_freely else 6, 3)
+    limits = arm.lower, arm.upper, arm.continuous
+    targets = np.ascontiguousarray(targets.reshape(len(targets), len(joints), 4, 4))
     return Chain.from_arm(arm).native.inverse(
-        seeds, joint, placement.homogeneous, targets, oriented, limits, _ITERATIONS, turns_freely, weight
+        seeds, np.array(joints), places, rows, targets, limits, _ITERATIONS, weight
     )
 
 
 def solve_within(
-    arm: Arm, targets: Floats, seeds: Floats, tolerance: Tolerance | None
+    arm: Arm, targets: Floats, seeds: Floats, tolerance: Tolerance | None, oriented: Sequence[bool] = (True,)
 ) -> tuple[Floats, Floats, Floats, Bools]:
     """Return as :func:`solve_each`, and which ends (n,) are solutions.
 
     Exact ones, else those within ``tolerance``: then the descents continue in units of it. None means positions only,
     exactly.
     """
-    ends, distance, angle = solve_each(arm, targets, seeds, oriented=tolerance is not None)
+    ends, distance, angle = solve_each(arm, targets, seeds, oriented=oriented)
     exact = (distance <= POSITION_TOLERANCE) & (angle <= ANGLE_TOLERANCE)
     if tolerance is None or exact.any():
         return ends, distance, angle, exact
     metres, radians = tolerance
     # the first descent minimises the sum of both squares; the factor 2 is for one that has not ended yet
     near = np.flatnonzero(np.hypot(distance, angle) <= 2.0 * np.hypot(metres, radians))
-    again = solve_each(arm, targets[near], ends[near], weight=radians / metres)
+    again = solve_each(arm, targets[near], ends[near], weight=radians / metres, oriented=oriented)
     good = (again[1] <= metres) & (again[2] <= radians)
     for former, better in zip((ends, distance, angle), again, strict=True):
         former[near[good]] = better[good]

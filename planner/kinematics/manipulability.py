@@ -1,13 +1,16 @@
 """Manipulability w of an arm (Yoshikawa 1985) and the measures that may replace it.
 
 w is the product of the singular values of the tool's Jacobian J, 0 at a singular configuration. ``arm.jacobian_rows``
-names its rows: "pose" (linear and angular), "translation", "rotation" or "planar" (x and y).
+names its rows: "pose" (linear and angular), "translation", "rotation" or "planar" (x and y). An arm with several tools
+has the least w of any of them: it is as badly conditioned as its worst tool.
 """
+
+from collections.abc import Callable
 
 import numpy as np
 import pinocchio as pin
 
-from planner.base.arrays import Floats, numbers
+from planner.base.arrays import Floats, Ints, numbers
 from planner.base.errors import OptionError
 from planner.kinematics.arm import Arm
 from planner.kinematics.forward import Chain, tool_joint
@@ -71,7 +74,7 @@ def manipulability(arm: Arm, q: Floats) -> Floats:
     q = np.atleast_2d(np.asarray(q, dtype=float))
     if arm.measure != "yoshikawa":
         return evaluate_measure(arm, q)
-    return Chain.from_arm(arm).native.manipulability(q, *tool_and_rows(arm))
+    return Chain.from_arm(arm).native.manipulability(q, tools_and_rows(arm))
 
 
 def node_manipulability(arm: Arm, q: Floats) -> Floats:
@@ -82,8 +85,12 @@ def node_manipulability(arm: Arm, q: Floats) -> Floats:
     q = np.atleast_2d(np.asarray(q, dtype=float))
     if arm.measure != "yoshikawa":
         return evaluate_measure(arm, q)
-    rows = jacobians(arm, q)
-    return _volumes(rows if rows.shape[1] <= rows.shape[2] else rows.swapaxes(1, 2))
+
+    def volumes(one: Arm) -> Floats:
+        rows = jacobians(one, q)
+        return _volumes(rows if rows.shape[1] <= rows.shape[2] else rows.swapaxes(1, 2))
+
+    return least_of_tools(arm, volumes)
 
 
 def manipulability_along(arm: Arm, start: Floats, delta: Floats, shares: Floats) -> Floats:
@@ -91,7 +98,7 @@ def manipulability_along(arm: Arm, start: Floats, delta: Floats, shares: Floats)
     if arm.measure != "yoshikawa":
         states = start[:, None] + shares[:, None] * delta[:, None]
         return evaluate_measure(arm, states.reshape(-1, arm.dof)).reshape(states.shape[:2])
-    return Chain.from_arm(arm).native.manipulability_along(start, delta, shares, *tool_and_rows(arm))
+    return Chain.from_arm(arm).native.manipulability_along(start, delta, shares, tools_and_rows(arm))
 
 
 def is_always_singular(arm: Arm) -> bool:
@@ -110,6 +117,15 @@ def evaluate_measure(arm: Arm, q: Floats) -> Floats:
         if (values < 0.0).any():
             raise OptionError(f"manipulability must be at least 0, got {values.min():g}: give another measure.")
         return values
+    return least_of_tools(arm, lambda one: _built_in_measure(one, q))
+
+
+def least_of_tools(arm: Arm, measure: Callable[[Arm], Floats]) -> Floats:
+    """Return the least ``measure`` (...) of any tool of the arm, each evaluated for the arm with that tool."""
+    return np.minimum.reduce([measure(one) for one in arm.with_each_tool])
+
+
+def _built_in_measure(arm: Arm, q: Floats) -> Floats:
     rows = jacobians(arm, q)
     if arm.measure == "joint-limits":
         mobile: Floats = rows * np.sqrt(_mobility(arm, q))[:, None]
@@ -142,7 +158,7 @@ def _volumes(rows: Floats) -> Floats:
     return volumes
 
 
-def tool_and_rows(arm: Arm) -> tuple[int, Floats, tuple[int, int]]:
-    """Return the joint that carries the tool, the tool's position in its frame, and :func:`rows_of` J."""
-    joint, placement = tool_joint(arm)
-    return joint, placement.translation, rows_of(arm)
+def tools_and_rows(arm: Arm) -> tuple[Ints, Floats, tuple[int, int]]:
+    """Return the joints (k,) that carry the tools, positions (k, 3) in their frames, and :func:`rows_of` J."""
+    joints, placements = zip(*map(tool_joint, arm.with_each_tool), strict=True)
+    return np.array(joints), np.array([place.translation for place in placements]), rows_of(arm)

@@ -71,7 +71,7 @@ class RunRecord(Record):
             config=run.request.config(),
             versions=versions(),
             joints=list(robot.joints),
-            tool=robot.tool,
+            tool=robot.tool_text,
             notes=[*(note.text for note in notes(robot, scene)), *run.end_notes],
             timings_s=round_seconds(run.timings),
             clouds=record_clouds(scene.obstacles) or None,

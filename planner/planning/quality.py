@@ -6,8 +6,10 @@ from typing import Self
 import numpy as np
 
 from planner.base.arrays import Floats
+from planner.base.errors import choices
 from planner.cost.motion_cost import MotionCost
 from planner.cost.scale import manipulability_cost
+from planner.kinematics.arm import Arm
 from planner.kinematics.forward import tool_positions
 from planner.kinematics.manipulability import BANDS, manipulability, measure_name
 from planner.planning.base_result import outward
@@ -100,8 +102,9 @@ def cost_lower_bound(roadmap: Roadmap, robot: Robot, objective: Objective) -> fl
     if objective.metric == "joint":
         distance = np.linalg.norm(away, axis=2) / roadmap.scale.joint_length
     else:
-        here, there = tool_positions(robot, starts), tool_positions(robot, goals)
-        distance = np.linalg.norm(here[:, None] - there[None], axis=2) / roadmap.scale.tool_length
+        ends = [(tool_positions(one, starts), tool_positions(one, goals)) for one in robot.with_each_tool]
+        distance = sum(np.linalg.norm(here[:, None] - there[None], axis=2) for here, there in ends)
+        distance = distance / roadmap.scale.tool_length
     if objective.cost_integration == "edges":
         omega = roadmap.scale.zeta * distance
     else:
@@ -124,8 +127,23 @@ class FloorRecord(Record):
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
+class ToolRecord(Record):
+    """The w of one of several tools along the path."""
+
+    frame: str
+    min: float
+    mean: float
+
+    @classmethod
+    def from_path(cls, robot: Arm, path: Floats) -> Self:
+        """Return the record of w along a path (k, dof) for the tool of ``robot``."""
+        w = manipulability(robot, dense_path(path))
+        return cls(frame=robot.tool, min=float(w.min()), mean=float(w.mean()))
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
 class ManipulabilityRecord(Record):
-    """Yoshikawa's w, or another measure, sampled densely along the path."""
+    """Yoshikawa's w, or another measure, sampled densely along the path: the least of all tools."""
 
     min: float
     mean: float
@@ -134,7 +152,10 @@ class ManipulabilityRecord(Record):
     measure: str
     """yoshikawa, or another measure"""
     frame: str
+    """the tool; several with commas between"""
     floor: FloorRecord | None = None
+    tools: list[ToolRecord] | None = None
+    """w of each of several tools; null for one"""
 
     @classmethod
     def from_path(cls, robot: Robot, path: Floats, floor: float) -> Self:
@@ -149,13 +170,16 @@ class ManipulabilityRecord(Record):
             mean=float(w.mean()),
             rows=robot.jacobian_rows,
             measure=measure_name(robot.measure),
-            frame=robot.tool,
+            frame=robot.tool_text,
             floor=record,
+            tools=[ToolRecord.from_path(one, path) for one in robot.with_each_tool] if robot.other_tools else None,
         )
 
     @property
     def text(self) -> str:
         text = f"min {self.min:.5f}, mean {self.mean:.5f} along the path ({self.rows} rows of the Jacobian)"
+        if self.tools:
+            text += f"; the least of {choices(f'{one.min:.5f} of {one.frame}' for one in self.tools)}"
         if self.measure != DEFAULT_MEASURE:
             return f"{text}: {self.measure} in place of w, sampled; no floor is proven for it"
         if self.floor is None:

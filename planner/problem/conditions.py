@@ -2,8 +2,8 @@
 
 ``axis:z,0,0,1,0.1`` (the tool's z axis within 0.1 rad of a direction of the world), ``box:x0,y0,z0,x1,y1,z1`` (its
 origin within, m), ``plane:nx,ny,nz,d`` (n.p >= d) and ``turn:0.1`` (its orientation within 0.1 rad of that at the
-start, or of a quaternion: ``turn:0.1,qx,qy,qz,qw``). A suffix `` of FRAME`` names another frame than the tool, and
-`` at x,y,z`` a point of that frame. ``;`` separates several conditions.
+start, or of a quaternion: ``turn:0.1,qx,qy,qz,qw``). A suffix `` of FRAME``, or ``FRAME `` before the condition, names
+another frame than the tool, and a suffix `` at x,y,z`` a point of that frame. ``;`` separates several conditions.
 """
 
 import math
@@ -24,6 +24,7 @@ AND = ";"  # between conditions
 _TURNS = 2.0 * math.pi * (1.0 + 1e-4)  # rad: a larger tolerance is probably in degrees
 _UNIT = 1e-3  # tolerance of a quaternion's length
 _SYNTAX = re.compile(r"(\w+):(.*?)(?:\s+of\s+(\S+))?(?:\s+at\s+(\S+))?")
+_FRAME_FIRST = re.compile(r"([^\s:]+)\s+(?=\w+:)")
 
 
 def _direction(vector: tuple[float, ...]) -> tuple[float, ...]:
@@ -147,15 +148,23 @@ _KINDS: dict[str, tuple[type[Condition], tuple[int, ...], str]] = {
 
 def is_condition(text: str) -> bool:
     """Return whether a text begins as a condition does."""
-    return text.strip().partition(":")[0] in _KINDS
+    return split_frame(text)[1].partition(":")[0] in _KINDS
+
+
+def split_frame(text: str) -> tuple[str | None, str]:
+    """Return the frame that stands before a condition or a target, None without one, and the rest."""
+    match = _FRAME_FIRST.match(text.strip())
+    return (match[1], text.strip()[match.end() :]) if match else (None, text.strip())
 
 
 def parse_condition(text: str) -> Condition:
     """Parse a condition; :class:`OptionError` for a text of another form."""
-    match, where = _SYNTAX.fullmatch(text.strip()), f"condition '{text[:100]}'"
+    before, rest = split_frame(text)
+    match, where = _SYNTAX.fullmatch(rest), f"condition '{text[:100]}'"
     if match is None or match[1] not in _KINDS:
         raise OptionError(f"condition must begin with {FORMS}, got '{text[:100]}'.")
     kind, rest, frame, at = match.groups()
+    frame = join_frames(text, before, frame)
     cls, counts, form = _KINDS[kind]
     words = rest.split(",")
     given: dict[str, Any] = {} if frame is None else {"frame": frame}
@@ -176,6 +185,13 @@ def parse_condition(text: str) -> Condition:
         return cls(**given)
     except OptionError as error:
         raise OptionError(f"{where} cannot be used: {error}") from None
+
+
+def join_frames(text: str, before: str | None, behind: str | None) -> str | None:
+    """Return the frame that stands before or behind a condition; :class:`OptionError` for two."""
+    if before and behind:
+        raise OptionError(f"condition '{text[:100]}' must name one frame, got '{before}' and '{behind}'.")
+    return before or behind
 
 
 def parse_constraints(text: str) -> tuple[Condition, ...]:

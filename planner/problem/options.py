@@ -137,7 +137,11 @@ Cell = Annotated[
 ]
 Tool = Annotated[
     str | None,
-    Doc("Frame of targets and manipulability; left out the scene's, the robot's, or the tip of its group."),
+    BeforeValidator(lambda value: ",".join(value) if isinstance(value, tuple | list) else value),
+    Doc(
+        "Frame of targets and manipulability; left out the scene's, the robot's, or the tip of its group. Several, "
+        "with commas between, are the tools of several arms, the main one first: the least w of any of them counts."
+    ),
 ]
 Srdf = Annotated[Path | None, Doc("An SRDF in place of the robot's own: pairs without a check, groups, named states.")]
 Group = Annotated[str | None, Doc("Planning group of the SRDF: only its joints are planned.")]

@@ -5,16 +5,20 @@ A state is a name from the scene, ``q:0.1,-0.4,...`` (joints, rad), ``xyz:0.92,-
 name, or else the robot's home: that of its robot.yaml, or all joints at zero, or at the limit next to zero.
 
 A goal with tolerance is written as conditions with ``&`` between (:mod:`planner.problem.conditions`), of which ``xyz:``
-and ``pose:`` may be one. Alternative goals are written with ``;`` between, names also with commas.
+and ``pose:`` may be one. Each names its frame, the tool by default: ``left_tool xyz:... & right_tool pose:...`` is a
+goal for both at once, and ``xyz:... of left_tool`` is the same as ``left_tool xyz:...``. Alternative goals are written
+with ``;`` between, names also with commas.
 
 In Python an array (4, 4) or a ``pinocchio.SE3`` is a pose of the tool, one row of numbers is joint values, and a list
 holds alternative goals, of four joints too.
 """
 
+from __future__ import annotations
+
 import math
 import re
 from collections.abc import Iterable, Mapping, Set
-from dataclasses import dataclass
+from dataclasses import InitVar, dataclass, replace
 from numbers import Real
 from typing import Any, TypeAlias
 
@@ -29,8 +33,10 @@ from planner.problem.conditions import (
     Condition,
     OrientationConstraint,
     is_condition,
+    join_frames,
     numbers_text,
     parse_condition,
+    split_frame,
 )
 
 HOME = "home"
@@ -62,7 +68,7 @@ class Position:
 
     @property
     def text(self) -> str:
-        return "xyz:" + numbers_text(self.xyz)
+        return "xyz:" + numbers_text(self.xyz) + _of(self.frame)
 
 
 @dataclass(frozen=True)
@@ -75,7 +81,7 @@ class Pose:
 
     @property
     def text(self) -> str:
-        return "pose:" + numbers_text((*self.xyz, *self.quaternion))
+        return "pose:" + numbers_text((*self.xyz, *self.quaternion)) + _of(self.frame)
 
 
 @dataclass(frozen=True)
@@ -86,20 +92,45 @@ class ToolGoal:
     planner.ToolGoal((planner.BoxConstraint((0.5, 0.3, 0.6), (0.5, 0.3, 0.7)), down))
 
     A pose, as text, array (4, 4) or ``pinocchio.SE3``, may be one of them. A turn without a quaternion is relative to
-    the orientation at the start.
+    the orientation at the start. ``tool`` is the frame of the conditions that name none. Goals joined by ``&`` hold at
+    once, each for its own tool:
+
+        planner.ToolGoal(left_pose, tool="left_tool") & planner.ToolGoal("xyz:0.5,-0.2,0.4", tool="right_tool")
     """
 
     conditions: tuple[Condition, ...]
+    tool: InitVar[str | None] = None
 
-    def __post_init__(self) -> None:
+    def __post_init__(self, tool: str | None) -> None:
         given = self.conditions if isinstance(self.conditions, tuple | list) else (self.conditions,)
         if not given:
             raise OptionError("goal of the tool must have one condition or more, got none: give a pose, for example.")
-        object.__setattr__(self, "conditions", tuple(each for part in given for each in _conditions(part)))
+        flat = [each for part in given for each in _conditions(part)]
+        framed = tuple(replace(each, frame=each.frame or tool) if tool else each for each in flat)
+        object.__setattr__(self, "conditions", framed)
+
+    def __and__(self, other: object) -> ToolGoal:
+        """Return the goal of this tool and another one at once."""
+        return ToolGoal((self, other))  # type: ignore[arg-type]
 
     @property
     def text(self) -> str:
         return f" {BOTH} ".join(map(_condition_text, self.conditions))
+
+    @property
+    def exact(self) -> tuple[Position | Pose, ...]:
+        """The position or pose of each frame, if all conditions are such, else none."""
+        by_frame: dict[str | None, list[Condition]] = {}
+        for condition in self.conditions:
+            by_frame.setdefault(condition.frame, []).append(condition)
+        targets: list[Position | Pose] = []
+        for frame, conditions in by_frame.items():
+            match conditions:
+                case [BoxConstraint(at) as box] if box == BoxConstraint(at, at, frame=frame):
+                    targets.append(Position(at, frame))
+                case [BoxConstraint(at) as box, OrientationConstraint(0.0, quaternion)] if quaternion is not None:
+                    targets += [Pose(at, quaternion, frame)] if box == BoxConstraint(at, at, frame=frame) else []
+        return tuple(targets) if len(targets) == len(by_frame) else ()
 
 
 @dataclass(frozen=True)
@@ -132,8 +163,10 @@ def parse_target(text: str) -> Target:
 
     :func:`planner.query.resolve.resolve` checks the number of joints, limits, reach and NaN.
     """
-    kind, colon, rest = text.partition(":")
-    if colon and _ROBOT.fullmatch(kind) and kind not in ("q", "xyz", "pose") and not is_condition(text):
+    before, body = split_frame(text)
+    kind, colon, rest = body.partition(":")
+    named_robot = colon and before is None and _ROBOT.fullmatch(kind) and kind not in ("q", "xyz", "pose")
+    if named_robot and not is_condition(text):
         return RobotStates(tuple(_robot_state(part.strip()) for part in text.split(AND)))
     if BOTH in text or is_condition(text):
         return ToolGoal(tuple(each for part in text.split(BOTH) for each in _conditions(part.strip())))
@@ -142,14 +175,16 @@ def parse_target(text: str) -> Target:
         if not all(names):
             raise OptionError(f"state must be {FORMS}, got an empty text.")
         return Named(names)
+    rest, of, behind = rest.partition(" of ")
+    frame = join_frames(text, before, behind.strip() if of else None)
     match kind:
-        case "q":
+        case "q" if frame is None:
             return Joints(_numbers(text, rest))
         case "xyz":
-            return Position(_numbers(text, rest, 3))
+            return Position(_numbers(text, rest, 3), frame)
         case "pose":
             values = _numbers(text, rest, 7)
-            return Pose(values[:3], values[3:])
+            return Pose(values[:3], values[3:], frame)
     raise _not_a_state(text)
 
 
@@ -170,6 +205,8 @@ def _conditions(part: object) -> tuple[Condition, ...]:
     """Return the conditions of one part of a goal with tolerance."""
     if isinstance(part, Condition):
         return (part,)
+    if isinstance(part, ToolGoal):
+        return part.conditions
     if isinstance(part, str) and is_condition(part):
         return (parse_condition(part),)
     match read_target(part, "a part of a goal with tolerance"):
@@ -184,8 +221,12 @@ def _conditions(part: object) -> tuple[Condition, ...]:
 
 def _condition_text(condition: Condition) -> str:
     """Return the text of a condition in a goal; a box of zero size is a position."""
-    at = condition.lower if isinstance(condition, BoxConstraint) else ()
-    return Position(at).text if at and condition == BoxConstraint(at, at) else condition.text
+    at, frame = condition.lower if isinstance(condition, BoxConstraint) else (), condition.frame
+    return Position(at, frame).text if at and condition == BoxConstraint(at, at, frame=frame) else condition.text
+
+
+def _of(frame: str | None) -> str:
+    return f" of {frame}" if frame else ""
 
 
 def _numbers_of(matrix: object, role: str) -> tuple[list[float], list[float], list[float]]:

@@ -73,6 +73,8 @@ def resolve(
             return found[None]
         case RobotStates():
             raise OptionError(f"state must be {FORMS}, got '{target.text[:100]}': only a cell has states by robot.")
+        case ToolGoal() if several := _for_several_tools(target, checker):
+            return _choose(_reach(several, checker.robot, role, starts, tolerance), checker, role, count, starts)
         case ToolGoal(conditions):
             found = _spread(solve_conditions(conditions, checker, role, starts), checker.robot)
             return _choose(found, checker, role, count, starts)
@@ -80,8 +82,7 @@ def resolve(
             here = ToolGoal((BoxConstraint((x, y, z), (x, y, z), frame=target.frame),))
             return resolve(here, checker, states, role, count, starts)
         case Position() | Pose():
-            robot = with_tool(checker.robot, target.frame)
-            found = _reach(target, robot, role, starts, tolerance)
+            found = _reach((target,), checker.robot, role, starts, tolerance)
             return _choose(_filter_by_constraints(found, checker, role), checker, role, count, starts)
 
 
@@ -116,7 +117,9 @@ def resolve_as_is(target: Target, checker: CollisionChecker, states: Mapping[str
         case Joints(values):
             return frozen(joint_values(np.array(values), checker.robot, role))
         case Position() | Pose():
-            found = _reach(target, with_tool(checker.robot, target.frame), role, None, inverse.TOLERANCE)
+            found = _reach((target,), checker.robot, role, None, inverse.TOLERANCE)
+        case ToolGoal() if several := _for_several_tools(target, checker):
+            found = _reach(several, checker.robot, role, None, inverse.TOLERANCE)
         case ToolGoal(conditions):
             found = solve_conditions(conditions, checker, role)
         case RobotStates():
@@ -165,25 +168,48 @@ def _spread(found: Floats, robot: Robot) -> Floats:
     return kept
 
 
+def _for_several_tools(target: ToolGoal, checker: CollisionChecker) -> tuple[Position | Pose, ...]:
+    """Return the positions and poses of several frames that make up a goal, none if it is another one."""
+    exact = () if checker.world.constraints else target.exact
+    return exact if len(exact) > 1 else ()
+
+
 def _reach(
-    target: Position | Pose, robot: Robot, role: str, starts: Floats | None, tolerance: inverse.Tolerance
+    targets: Sequence[Position | Pose],
+    robot: Robot,
+    role: str,
+    starts: Floats | None,
+    tolerance: inverse.Tolerance,
 ) -> Floats:
-    """Return configurations (k, dof) that reach a target; :class:`StateError` if there are none."""
-    rng, position = np.random.default_rng(IK_SEED), np.array(target.xyz)
+    """Return configurations (k, dof) that reach all targets at once; :class:`StateError` if there are none."""
+    robot = with_tool(robot, ",".join(target.frame or robot.tool for target in targets))
     near = None if starts is None else _seeds(robot, starts)
+    places = [_placement(target, role) for target in targets]
+    rng, tries = np.random.default_rng(IK_SEED), len(targets) * IK_STARTS
+    solutions = inverse.solve(robot, places, rng, tries, near, tolerance)
+    if len(solutions.configurations):
+        return solutions.configurations
+    if len(targets) == 1:
+        raise _out_of_reach(solutions, robot, targets[0], role)
+    for target in targets:  # one that is out of reach by itself explains more
+        _reach((target,), robot, role, starts, tolerance)
+    raise StateError(
+        f"{role} cannot be reached by frames {choices(robot.tools)} at once, only by each of them: the nearest "
+        f"configuration of {tries} tries has one {format_quantity(solutions.distance, 'm')} and "
+        f"{format_quantity(solutions.angle, 'rad')} away; bring the targets closer together.",
+        OutOfReach(role, solutions.distance),
+    )
+
+
+def _placement(target: Position | Pose, role: str) -> inverse.Target:
     if isinstance(target, Position):
-        _check_finite(position, role)
-        solutions = inverse.solve(robot, position, rng, IK_STARTS, near)
-    else:
-        _check_finite(np.array([*target.xyz, *target.quaternion]), role)
-        try:
-            placed = pose(target.xyz, quaternion=target.quaternion)
-        except ValueError as error:
-            raise StateError(f"{role}: {error}; give a unit quaternion qx,qy,qz,qw.") from None
-        solutions = inverse.solve(robot, se3(placed), rng, IK_STARTS, near, tolerance)
-    if not len(solutions.configurations):
-        raise _out_of_reach(solutions, robot, target, role)
-    return solutions.configurations
+        _check_finite(np.array(target.xyz), role)
+        return np.array(target.xyz)
+    _check_finite(np.array([*target.xyz, *target.quaternion]), role)
+    try:
+        return se3(pose(target.xyz, quaternion=target.quaternion))
+    except ValueError as error:
+        raise StateError(f"{role}: {error}; give a unit quaternion qx,qy,qz,qw.") from None
 
 
 def _seeds(robot: Robot, starts: Floats) -> Floats:

@@ -155,7 +155,7 @@ def with_measure(robot: Robot, rows: Rows | None, measure: Measure) -> Robot:
     made = replace(robot, jacobian_rows=rows or robot.jacobian_rows, measure=measure)
     if measure not in get_args(MeasureName) or not is_always_singular(made):
         return robot if measure == robot.measure and rows in (None, robot.jacobian_rows) else made
-    text = f"w of the {made.jacobian_rows} rows is 0 in every configuration with tool frame '{robot.tool}'"
+    text = f"w of the {made.jacobian_rows} rows is 0 in every configuration with tool frame '{robot.tool_text}'"
     if rows is not None:
         raise RobotError(f"{text}: choose other --jacobian-rows, or another --tool.")
     note = Note(f"{text}: w is computed from all six rows; choose with --jacobian-rows, or another --tool.")

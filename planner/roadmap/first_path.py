@@ -14,7 +14,7 @@ from planner.base.arrays import Floats, length
 from planner.base.progress import QUIET, Progress
 from planner.base.resolutions import EXTRA_CLEARANCE, FINEST_IN_FIRST_PATH, MOTION_IN_FIRST_PATH, W_IN_GROWTH
 from planner.cost.motion_cost import MotionCost
-from planner.kinematics.manipulability import tool_and_rows
+from planner.kinematics.manipulability import tools_and_rows
 from planner.roadmap.edges import MotionChecker
 from planner.roadmap.ompl_planners import JointSpace, TreePlanners
 from planner.roadmap.refine import PathRefiner
@@ -199,7 +199,7 @@ class FirstPathSearch:
     ) -> tuple[Floats | None, int]:
         """Return the path of ``NativeWorld.tree_path`` in ``space``, and the number of checked motions."""
         bound, seed = self._motions.prover.checker.bound, int(self._rng.integers(2**63))
-        longest, tool = np.inf if self._within is None else self._within.longest, tool_and_rows(self._robot)
+        longest, tool = np.inf if self._within is None else self._within.longest, tools_and_rows(self._robot)
         limits, floor = (space.lower, space.upper), (self._motions.floor, W_IN_GROWTH)
         task = bound.motion_bounds, limits, space.wrap, longest, tool, *floor
         return bound.native.tree_path(*task, starts, goals, step, sample, seed, limit)

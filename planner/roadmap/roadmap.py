@@ -52,7 +52,7 @@ def record_origin(checker: CollisionChecker, seed: int) -> Origin:
         scene=world.scene.name,
         scene_identity=world.scene.identity,
         joints=world.robot.joints,
-        tool=world.robot.tool,
+        tool=world.robot.tool_text,
         margin=world.margin,
         seed=seed,
         versions=versions(),

@@ -80,7 +80,7 @@ def load_roadmap(path: StrPath) -> Roadmap:
 def same_world(roadmap: Roadmap, checker: CollisionChecker) -> bool:
     """Return whether ``checker`` checks the world of the roadmap, at most its margin, at least its limits."""
     mine, world, robot = roadmap.origin, checker.world, checker.robot
-    if (mine.joints, mine.tool) != (robot.joints, robot.tool) or mine.margin < world.margin:
+    if (mine.joints, mine.tool) != (robot.joints, robot.tool_text) or mine.margin < world.margin:
         return False
     if (robot.lower > mine.lower).any() or (robot.upper < mine.upper).any():
         return False

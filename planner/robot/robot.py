@@ -14,15 +14,16 @@ from numpy.typing import ArrayLike
 
 from planner.base.arrays import Floats, frozen, numbers, placement
 from planner.base.cache import content_hash
-from planner.base.errors import ArrayError, FileError, Note, RobotError, choices
+from planner.base.errors import ArrayError, FileError, Note, OptionError, RobotError, choices
 from planner.base.files import StrPath
 from planner.base.yamlfile import FARTHEST
-from planner.kinematics.arm import Arm, frame_id, sliding_joints
+from planner.kinematics.arm import Arm, frame_id, sliding_joints, tool_names
 from planner.kinematics.forward import Chain, joint_placements
 from planner.kinematics.inverse import TOLERANCE, Tolerance, solve
 from planner.kinematics.manipulability import (
     full_jacobians,
     jacobians,
+    least_of_tools,
     manipulability,
     measure_name,
 )
@@ -70,7 +71,7 @@ class Robot(Arm):
     parts: Mapping[str, Robot] = field(default_factory=dict, repr=False)  # of a composite robot, by prefix
 
     def __repr__(self) -> str:
-        return f"<Robot: {self.name}, {self.dof} joints, tool {self.tool}>"
+        return f"<Robot: {self.name}, {self.dof} joints, tool {self.tool_text}>"
 
     @staticmethod
     def load(
@@ -83,9 +84,10 @@ class Robot(Arm):
     ) -> Robot:
         """Load a built-in robot by name, or any robot from a robot.yaml, a URDF path or URDF text.
 
-        ``tool`` is a frame of the URDF (default: a usual tool name or the only tip), ``fixed_joints`` holds joints at
-        values (rad, m), ``base`` (4, 4) places the robot in the world, ``choice`` selects the planned joints, ``srdf``
-        replaces the robot's own. Raises :class:`RobotError` with the valid choices.
+        ``tool`` is a frame of the URDF (default: a usual tool name or the only tip), or several with commas between,
+        the main one first; ``fixed_joints`` holds joints at values (rad, m), ``base`` (4, 4) places the robot in the
+        world, ``choice`` selects the planned joints, ``srdf`` replaces the robot's own. Raises :class:`RobotError` with
+        the valid choices.
         """
         return assemble(read_robot(name, srdf), tool, choice, fixed_joints, base)
 
@@ -137,7 +139,7 @@ class Robot(Arm):
 
     def ik(
         self,
-        pose: ArrayLike | pin.SE3,
+        pose: ArrayLike | pin.SE3 | Mapping[str, ArrayLike | pin.SE3],
         near: ArrayLike | None = None,
         *,
         tolerance: Tolerance = TOLERANCE,
@@ -148,15 +150,20 @@ class Robot(Arm):
 
             robot.ik(robot.fk(q), near=q)[0]             # q again
             robot.ik([0.5, 0.1, 0.4])                    # any orientation
+            robot.ik({"left_tool": pose, "right_tool": [0.5, -0.1, 0.4]})  # of several frames, at once
 
         Damped least squares from ``starts`` seeds, to within ``tolerance`` (m, rad). Solutions are sorted by
         manipulability, or by distance from the configuration ``near`` (dof,). They may collide. The result is (0, dof)
         if no solution exists.
         """
-        target = pose if isinstance(pose, pin.SE3) else _pose_or_position(pose)
+        at_once = pose if isinstance(pose, Mapping) else {self.tool: pose}
+        targets = [_pose_or_position(each) for each in at_once.values()]
+        if not targets:
+            raise OptionError("pose must have a frame or more, got none: give {frame: pose}, for example.")
         rng = np.random.default_rng(seed)
         begin = None if near is None else numbers("near", near, (self.dof,))[None]
-        solutions = solve(self, target, rng, starts, begin, tolerance).configurations
+        arm = with_tool(self, ",".join(at_once))
+        solutions = solve(arm, targets, rng, starts, begin, tolerance).configurations
         if begin is None:
             return solutions[np.argsort(-manipulability(self, solutions), kind="stable")]
         return solutions[np.argsort(np.linalg.norm(self.difference(begin, solutions), axis=1), kind="stable")]
@@ -167,7 +174,8 @@ class Robot(Arm):
             robot.manipulability(robot.home)
 
         w is the product of the singular values of the rows ``robot.jacobian_rows`` of the tool's Jacobian: m³ for
-        "pose" and "translation", no unit for "rotation", m² for "planar"; 0 at singularities.
+        "pose" and "translation", no unit for "rotation", m² for "planar"; 0 at singularities. With several tools it is
+        the least w of any of them.
         """
         rows, shape = self._configurations(q)
         return manipulability(self, rows).reshape(shape)
@@ -175,14 +183,20 @@ class Robot(Arm):
     def condition_number(self, q: ArrayLike) -> Floats:
         """Return the condition number (...) of the rows ``robot.jacobian_rows``; inf at singularities.
 
+        With several tools it is the largest of any of them.
+
             robot.condition_number(robot.home)
 
         "pose" mixes metres and radians, so its value depends on the unit of length.
         """
         rows, shape = self._configurations(q)
-        values = np.linalg.svd(jacobians(self, rows), compute_uv=False)
-        largest, least = values[:, 0], values[:, -1]
-        return np.divide(largest, least, out=np.full(len(rows), np.inf), where=least > 0.0).reshape(shape)
+
+        def inverse(arm: Arm) -> Floats:
+            values = np.linalg.svd(jacobians(arm, rows), compute_uv=False)
+            largest, least = values[:, 0], values[:, -1]
+            return -np.divide(largest, least, out=np.full(len(rows), np.inf), where=least > 0.0)
+
+        return -least_of_tools(self, inverse).reshape(shape)
 
     def _frame(self, name: str | None) -> int:
         return self.tool_id if name is None else frame_id(self.model, name)
@@ -204,7 +218,7 @@ class Robot(Arm):
         values += [sorted(sorted(pair) for pair in self.touching)]
         if self.measure != "yoshikawa":
             values.append(measure_name(self.measure))
-        values += [int(tool.parentJoint), np.array(tool.placement.homogeneous)]
+        values += [int(tool.parentJoint), np.array(tool.placement.homogeneous), *self.other_tools]
         for joint in range(1, model.njoints):
             values += [int(model.parents[joint]), model.joints[joint].shortname()]
             values += [np.array(model.jointPlacements[joint].homogeneous)]
@@ -267,8 +281,10 @@ def frame_of_carried(robot: Robot, item: Carried) -> pin.Frame:
     return frames[0]
 
 
-def _pose_or_position(given: ArrayLike) -> pin.SE3 | Floats:
-    """Return an SE3 for a (4, 4) array, and a position (3,) unchanged."""
+def _pose_or_position(given: ArrayLike | pin.SE3) -> pin.SE3 | Floats:
+    """Return an SE3 for a (4, 4) array, and a position (3,) or an SE3 unchanged."""
+    if isinstance(given, pin.SE3):
+        return given
     array = np.asarray(given, dtype=float)
     if array.shape == (3,):
         return numbers("pose", array, (3,))
@@ -276,11 +292,13 @@ def _pose_or_position(given: ArrayLike) -> pin.SE3 | Floats:
 
 
 def with_tool(robot: Robot, tool: str | None) -> Robot:
-    """Return the robot with another tool frame, or unchanged for None."""
-    if tool is None or tool == robot.tool:
+    """Return the robot with other tools, with commas between, or unchanged for None."""
+    if tool is None or tool == robot.tool_text:
         return robot
-    frame_id(robot.model, tool)
-    return replace(robot, tool=tool)
+    first, *others = tool_names(tool)
+    for name in (first, *others):
+        frame_id(robot.model, name)
+    return replace(robot, tool=first, other_tools=tuple(others))
 
 
 def with_widened_limits(robot: Robot, configurations: Floats) -> Robot:
@@ -326,12 +344,14 @@ def assemble(
 ) -> Robot:
     """Return the robot of ``files``, with arguments as in :meth:`Robot.load`."""
     file, description, on_tool = files.file, files.description, files.notes_on_tool(tool, choice)
-    tool, planned = files.tool(tool, choice), files.select_joints(tool, choice, fixed or {})
-    _check_joints(files, planned, tool)
+    tools, planned = files.tools(tool, choice), files.select_joints(tool, choice, fixed or {})
+    for each in tools:
+        _check_joints(files, planned, each)
     fixed = {**file.fixed_joints, **(fixed or {})}
     # joints that are neither planned nor fixed stay at home, unless that is zero; mimic joints follow
     free = {*planned, *fixed, *(item.joint for item in description.mimics)}
     fixed = {joint: value for joint, value in files.home.items() if joint not in free and value} | fixed
+    fewest = min(len({*planned} & {*files.leaders(each, fixed)}) for each in tools)
     base = pose() if base is None else placement("base", base)
     held, followers = urdf.resolve_mimics(description, files.model, planned, fixed)
     moving = [*planned, *(item.joint for item in followers)]
@@ -349,9 +369,10 @@ def assemble(
         upper=upper,
         velocity=frozen(model.upperVelocityLimit[rows]),
         continuous=frozen([joint in endless for joint in planned], np.bool_),
-        tool=tool,
+        tool=tools[0],
+        other_tools=tools[1:],
         home=frozen(home),
-        jacobian_rows=file.manipulability or ("pose" if len(planned) >= 6 else "translation"),
+        jacobian_rows=file.manipulability or ("pose" if fewest >= 6 else "translation"),
         disabled_pairs=files.disabled_pairs,
         base=frozen(base),
         source=description,

@@ -69,8 +69,9 @@ def w_along_path(robot: Robot, path: Floats) -> tuple[Floats, Floats]:
 
 
 def tool_path_length(robot: Robot, path: Floats) -> float:
-    """Return the length (m) of the tool's path along a joint path."""
-    return float(np.linalg.norm(np.diff(tool_positions(robot, dense_path(path)), axis=0), axis=1).sum())
+    """Return the length (m) of the tool's path along a joint path: of several tools, the sum."""
+    paths = [tool_positions(one, dense_path(path)) for one in robot.with_each_tool]
+    return sum(float(np.linalg.norm(np.diff(each, axis=0), axis=1).sum()) for each in paths)
 
 
 def joint_path_length(path: Floats) -> float:

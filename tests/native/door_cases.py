@@ -88,11 +88,15 @@ def states(rng: Rng, size: Size) -> np.ndarray:
 NUMBERS = 0.1, 0.8, 0.01, 2.0, 0.4, 0.02, 3.0, 0.1  # low, high, zeta, unit, beta, floor, longest, spacing
 
 
+def tool_at(joint: int, point: Any, rows: tuple[int, int] = (0, 3)) -> Any:
+    return np.array([joint]), np.asarray(point)[None], rows
+
+
 def charge_of(
     rng: Rng, size: Size, chain: NativeChain, kind: int, chord: float = 0.0, numbers: Any = NUMBERS
 ) -> Charge:
     wraps = rng.random(size.joints) < 0.3
-    return Charge(chain, (*numbers, chord), kind, kind == 2, 3 + 2 * kind, wraps, size.joints, np.ones(3), (0, 3))
+    return Charge(chain, (*numbers, chord), kind, kind == 2, 3 + 2 * kind, wraps, tool_at(size.joints, np.ones(3)))
 
 
 def of_motion_costs(rng: Rng, size: Size) -> list[Any]:
@@ -122,11 +126,15 @@ def of_a_chain(rng: Rng, size: Size) -> list[Any]:
     ends = chain.points(q + delta, joint, point)
     assert (lengths >= np.linalg.norm(ends - points, axis=1) - 1e-12).all()
     w = [
-        chain.manipulability_along(q, delta, np.array([0.0, 0.4, 1.0]), joint, point, rows)
+        chain.manipulability_along(q, delta, np.array([0.0, 0.4, 1.0]), tool_at(joint, point, rows))
         for rows in ((0, 1), (0, 2), (0, 3), (0, 6), (3, 6))
     ]
     assert all(np.isfinite(one).all() and (one >= 0).all() for one in w)
-    return [rotation, position, points, lengths, *w, chain.manipulability(q, joint, point, (0, 3))]
+    two = np.array([joint, size.joints]), np.stack([point, -point]), (0, 3)
+    w.append(chain.manipulability(q, two))
+    each = [chain.manipulability(q, tool_at(j, p)) for j, p in zip(*two[:2], strict=True)]
+    assert np.array_equal(w[-1], np.minimum(*each))
+    return [rotation, position, points, lengths, *w]
 
 
 def of_inverse(rng: Rng, size: Size) -> list[Any]:
@@ -135,7 +143,9 @@ def of_inverse(rng: Rng, size: Size) -> list[Any]:
     wraps = rng.random(size.joints) < 0.2
     for oriented in (False, True):
         target = random_pose(rng)
-        ends, distance, angle = chain.inverse(seeds, joint, tool, target[None], oriented, (lowest, -lowest, wraps), 15)
+        limits, rows = (lowest, -lowest, wraps), np.array([6 if oriented else 3])
+        one = np.array([joint]), tool[None], rows
+        ends, distance, angle = chain.inverse(seeds, *one, target[None, None], limits, 15)
         tips = chain.points(ends, joint, tool[:3, 3])
         assert np.abs(np.linalg.norm(tips - target[:3, 3], axis=1) - distance).max(initial=0.0) < 1e-12
         assert (angle >= 0).all()
@@ -317,12 +327,12 @@ def of_tree_paths(rng: Rng, size: Size) -> list[Any]:
     point, wraps = rng.normal(size=3), rng.random(dof) < 0.3
     starts, goals = (rng.uniform(-2, 2, (count, dof)) for count in (1, 2))
     for longest, floor, limit in ((np.inf, 0.0, 60), (np.inf, 1e-3, 60), (8.0, 0.0, 60), (np.inf, 0.0, 0)):
-        space = (np.full(dof, -2.5), np.full(dof, 2.5)), wraps, longest, (dof, point, (0, 3)), floor, 0.2
+        space = (np.full(dof, -2.5), np.full(dof, 2.5)), wraps, longest, tool_at(dof, point), floor, 0.2
         path, looked_at = world.tree_path(bounds_of(world), *space, starts, goals, 0.7, 0.5, 5, limit)
         assert 0 <= looked_at <= limit
         if path is not None:
             assert world.first_near(path[1:-1]) == len(path[1:-1])
-            assert floor == 0.0 or (chain.manipulability(path, dof, point, (0, 3)) >= floor).all()
+            assert floor == 0.0 or (chain.manipulability(path, tool_at(dof, point)) >= floor).all()
         found += [np.zeros(0) if path is None else path, looked_at]
     return found
 

@@ -9,7 +9,7 @@ import pytest
 
 from planner.base.errors import ArrayError
 from planner.native.compiled import NativeArcs, NativeChain, NativeFlow, NativeWorld, cheapest_path, set_threads
-from tests.native.door_cases import CASES, SIZES, Size, a_chain, a_world, bounds_of
+from tests.native.door_cases import CASES, SIZES, Size, a_chain, a_world, bounds_of, tool_at
 
 SEED = 5
 
@@ -55,8 +55,8 @@ def test_several_threads_ask_at_once(same: bool) -> None:
             world.first_near(q),
             *world.prove(bounds_of(world), curves, 1e-3),
             *world.first_proven(bounds_of(world), curves, *np.ones((2, 60), dtype=int), np.zeros(60, dtype=int), 1e-3),
-            *chain.inverse(q, 3, np.eye(4), np.eye(4)[None], True, limits, 10),
-            chain.manipulability(q, 3, np.zeros(3), (0, 3)),
+            *chain.inverse(q, *HAND, np.eye(4)[None, None], limits, 10),
+            chain.manipulability(q, tool_at(3, np.zeros(3))),
         ]
 
     alone, found = [ask(k) for k in range(4)], [[] for _ in range(4)]
@@ -76,6 +76,7 @@ CHAIN, WORLD = a_world(np.random.default_rng(SEED), Size())
 _, ALONE = a_world(np.random.default_rng(SEED), Size(bodies=1, obstacles=0))
 ARCS, FLOW = NativeArcs(np.array([0, 1]), np.array([2, 0]), None, np.ones(2)), NativeFlow(1.0, 1.0, 0.4, 0.3)
 Q, POINT, BOUNDS, PAIR = np.zeros((4, 3)), np.zeros(3), bounds_of(WORLD), np.array([[0, 1]])
+HAND = np.array([3]), np.eye(4)[None], np.array([6])
 FREE, CURVES = (np.full(3, -1.0), np.ones(3), np.zeros(3, dtype=bool)), np.zeros((1, 2, 3))
 TYPES: dict[str, Callable[[], object]] = {  # another type of numbers, number of axes, or length that is always the same
     "whole numbers": lambda: CHAIN.placements(Q.astype(int)),
@@ -90,8 +91,10 @@ VALUES: dict[str, Callable[[], object]] = {  # a length that does not fit, an in
     "columns": lambda: CHAIN.placements(Q[:, :2]),
     "lengths": lambda: CHAIN.path_lengths(Q, Q[:1], np.ones(4, dtype=int), 0, POINT),
     "joint": lambda: CHAIN.points(Q, 4, POINT),
-    "rows": lambda: CHAIN.manipulability(Q, 0, POINT, (3, 7)),
-    "targets": lambda: CHAIN.inverse(Q, 0, np.eye(4), np.zeros((3, 4, 4)), True, FREE, 5),
+    "rows": lambda: CHAIN.manipulability(Q, tool_at(0, POINT, (3, 7))),
+    "tools": lambda: CHAIN.manipulability(Q, (np.array([0, 1]), np.zeros((1, 3)), (0, 3))),
+    "targets": lambda: CHAIN.inverse(Q, *HAND, np.zeros((3, 1, 4, 4)), FREE, 5),
+    "targets of two tools": lambda: CHAIN.inverse(Q, *HAND, np.zeros((1, 2, 4, 4)), FREE, 5),
     "a parent behind": lambda: NativeChain(np.array([1]), FREE[2][:1], np.zeros((1, 3, 3, 3)), *np.zeros((3, 1, 3))),
     "margin": lambda: NativeWorld(CHAIN, np.nan),
     "a point that is no number": lambda: NativeWorld(CHAIN, 0.0).add_hull(1, np.full((1, 3), np.nan), 0.1),

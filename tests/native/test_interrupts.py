@@ -70,7 +70,8 @@ KEEPING = NativeConstraints(  # of what no position has: x >= 1e5
 def far_away() -> tuple[object, ...]:
     limits, goal = (np.full(1, -9.0), np.full(1, 9.0), NO), np.eye(4)
     goal[1, 3] = 1.0
-    return np.linspace(-9, 9, MANY // 2)[:, None], 1, np.eye(4), goal[None], True, limits, 1000
+    tool = np.ones(1, dtype=int), np.eye(4)[None], np.array([6])
+    return np.linspace(-9, 9, MANY // 2)[:, None], *tool, goal[None, None], limits, 1000
 
 
 def curve(count: int = 1) -> np.ndarray:
@@ -98,7 +99,8 @@ def zigzag() -> np.ndarray:
     return np.tile([[0.0], [1.0]], (MANY // 20 + 1, 1))[: MANY // 10 + 1]
 
 
-CHARGE = Charge(CHAIN, (0.1, 0.8, 0.01, 2.0, 0.4, 0.0, 9.0, 0.1, 0.0), 1, False, 9, NO, 1, POINT, (0, 6))
+TOOL = np.ones(1, dtype=int), POINT[None], (0, 6)
+CHARGE = Charge(CHAIN, (0.1, 0.8, 0.01, 2.0, 0.4, 0.0, 9.0, 0.1, 0.0), 1, False, 9, NO, TOOL)
 JUDGE = ProofSettings(WORLD, BOUNDS, 1e-4, CHARGE)
 
 
@@ -121,7 +123,7 @@ LONG: dict[str, tuple[Callable[..., object], Callable[[], tuple[object, ...]]]] 
     ),
     "manipulability": (
         CHAIN.manipulability_along,
-        lambda: (np.zeros((1, 1)), np.ones((1, 1)), np.zeros(2**25), 1, POINT, (0, 6)),
+        lambda: (np.zeros((1, 1)), np.ones((1, 1)), np.zeros(2**25), TOOL),
     ),
     "motion_costs": (CHARGE.costs, lambda: (np.zeros((2**20, 1)), np.ones((2**20, 1)))),
     "descend": (descend, lambda: (JUDGE, long_descent())),

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from planner.collision.checker import CollisionChecker
-from planner.kinematics.manipulability import tool_and_rows
+from planner.kinematics.manipulability import tools_and_rows
 from planner.problem.request import PlanRequest
 from planner.query.query import make_query
 from tests.worlds import checker_of, load
@@ -24,7 +24,7 @@ def search(
     floor: float = 0.0,
 ):
     bound, robot = checker.bound, checker.robot
-    space = (robot.lower, robot.upper), robot.continuous, longest, tool_and_rows(robot), floor, 0.1
+    space = (robot.lower, robot.upper), robot.continuous, longest, tools_and_rows(robot), floor, 0.1
     ends = np.atleast_2d(starts), np.atleast_2d(goals)
     return bound.native.tree_path(bound.motion_bounds, *space, *ends, STEP, APART, seed, limit)
 

@@ -38,6 +38,27 @@ def test_goals_of_equal_right():
         parse_targets("goal;")
 
 
+def test_targets_name_their_frame_before_or_behind():
+    left, turned = Position((1.0, 2.0, 3.0), "left"), Pose((1.0, 2.0, 3.0), (0.0, 0.0, 0.0, 1.0), "right")
+    assert parse_target("left xyz:1,2,3") == parse_target("xyz:1,2,3 of left") == parse_target(left.text) == left
+    assert parse_target("right  pose:1,2,3,0,0,0,1") == parse_target(turned.text) == turned
+    both = parse_target("left xyz:1,2,3 & right pose:1,2,3,0,0,0,1")
+    assert both == ToolGoal("xyz:1,2,3", tool="left") & ToolGoal(turned) == parse_target(both.text)
+    assert both.exact == (left, turned)
+    assert parse_target(f"{both.text} & axis:z,0,0,1,0.1").exact == ()
+    assert parse_target("left box:0,0,0,1,1,1 & xyz:1,2,3").exact == ()
+    assert ToolGoal("axis:z,0,0,1,0.1 of hand", tool="left").conditions[0].frame == "hand"
+    assert parse_target("left plane:0,0,1,0.1 at 1,2,3").text == "plane:0,0,1,0.1 of left at 1,2,3"
+
+
+@pytest.mark.parametrize(
+    "text", ["left xyz:1,2,3 of right", "left axis:z,0,0,1,0.1 of right", "left q:1,2", "q:1 of left"]
+)
+def test_a_target_of_two_frames_or_joints_of_a_frame_is_refused(text):
+    with pytest.raises(OptionError):
+        parse_target(text)
+
+
 @QUICK
 @given(NUMBERS)
 def test_numbers_come_back_to_the_last_bit(values):

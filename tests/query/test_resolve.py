@@ -18,6 +18,7 @@ from planner.query.resolve import (
 )
 from planner.robot.poses import pose
 from planner.robot.shapes import Box
+from tests.two_arms import load_two_arms
 from tests.worlds import ROBOTS, checker_of, load, random_q, scene_of
 
 
@@ -116,6 +117,27 @@ def test_refused(walled, case):
     if isinstance(reason, BeyondLimit):
         k = walled.robot.joints.index(reason.joint)
         assert (reason.value, reason.upper) == (target.values[k], walled.robot.upper[k])
+
+
+def test_a_goal_of_two_tools_is_reached_at_once_and_a_goal_of_both_names_what_cannot():
+    robot = load_two_arms()
+    checker = make_checker(robot, scene_of())
+    goal = parse_target("left_tool xyz:0.3,0.2,0.7 & right_tool pose:0.3,-0.2,0.7,0,1,0,0")
+    found = resolve(goal, checker, {}, "goal", 8, robot.home[None])
+    assert len(found) >= 4
+    for q in found:
+        assert is_free(checker, q)
+        np.testing.assert_allclose(robot.fk(q, "left_tool")[:3, 3], [0.3, 0.2, 0.7], atol=2e-6)
+        placed = np.array([[-1, 0, 0, 0.3], [0, 1, 0, -0.2], [0, 0, -1, 0.7], [0, 0, 0, 1]])
+        np.testing.assert_allclose(robot.fk(q, "right_tool"), placed, atol=5e-6)
+    assert np.array_equal(resolve_as_is(goal, checker, {}, "goal"), found[0])
+    for text, said in (
+        ("left_tool xyz:0.3,0.2,0.7 & right_tool xyz:0.3,-1.2,0.7", "by frame 'right_tool'"),
+        ("left_tool xyz:0.3,0.2,0.7 & left_link6 xyz:0.3,0.2,0.9", "left_tool, left_link6 at once, only by each"),
+    ):
+        with pytest.raises(StateError, match=said) as caught:
+            resolve(parse_target(text), checker, {}, "goal")
+        assert isinstance(caught.value.reason, OutOfReach)
 
 
 @pytest.mark.parametrize("name", ROBOTS)

@@ -37,10 +37,9 @@ struct Measure {
     virtual void fill(size_t n, const double* q, double* w) const = 0;
 };
 
-// A point on joint `last`, the selected rows of its Jacobian, and another measure, or null.
-struct Tool {
-    int last;
-    Vec point;
+// Points on joints, the selected rows of their Jacobians, and another measure, or null.
+struct Tools {
+    std::vector<ToolPoint> points;
     JacobianRows rows;
     const Measure* measure = nullptr;
 };
@@ -71,7 +70,7 @@ struct Prices {
     Omega omega;
     double unit;  // of length, the divisor
     double beta, floor, longest, spacing;
-    double chord;  // of the tool's path; 0 for the length in joint space
+    double chord;  // of the tools' paths; 0 for the length in joint space
     int fewest;    // fewest states per motion
     bool at_end;   // omega of the last state, not the mean
     const uint8_t* wraps;
@@ -84,8 +83,8 @@ constexpr int most_doublings = 7;  // of the states on longer motions
 // Costs of straight motions, several at a time.
 class Pricing {
    public:
-    Pricing(const Chain& chain, const Tool& tool, const Prices& prices)
-        : chain_(chain), tool_(tool), prices_(prices), scratch_(chain) {}
+    Pricing(const Chain& chain, const Tools& tools, const Prices& prices)
+        : chain_(chain), tools_(tools), prices_(prices), scratch_(chain) {}
 
     // Costs (count,) of motions from start to end (count, dof).
     void price(int count, const double* start, const double* end, double* costs) {
@@ -126,7 +125,10 @@ class Pricing {
         for (int j = 0; j < chain_.dof(); ++j) turned += std::fabs(delta_[j] = b[j] - a[j]);
         const double pieces = std::max(1.0, std::ceil(turned / prices_.chord));
         require(pieces < INT32_MAX, "a motion is too long to be measured in such short chords");
-        return path_length(chain_, tool_.last, tool_.point, a, delta_.data(), static_cast<int64_t>(pieces), scratch_);
+        double sum = 0.0;
+        for (const ToolPoint& tool : tools_.points)
+            sum += path_length(chain_, tool.last, tool.point, a, delta_.data(), static_cast<int64_t>(pieces), scratch_);
+        return sum;
     }
 
     void ask(int motion, const double* a, const double* b, double length) {
@@ -143,7 +145,7 @@ class Pricing {
     void look() {
         const size_t all = states_.size();
         w_.resize(all);
-        if (tool_.measure) return look_by_measure();
+        if (tools_.measure) return look_by_measure();
         for (size_t first = 0; first < all; first += 4) {
             poll_signal_at(static_cast<int>(first));
             const size_t count = std::min<size_t>(4, all - first);
@@ -153,7 +155,7 @@ class Pricing {
                     scratch_.q[j][l] = state.from[j] + state.share * (state.to[j] - state.from[j]);
             }
             double found[4];
-            manipulability_of_four(chain_, tool_.last, tool_.point, tool_.rows, scratch_, found);
+            manipulability_of_four(chain_, tools_.points, tools_.rows, scratch_, found);
             std::copy(found, found + count, w_.data() + first);
         }
     }
@@ -164,7 +166,7 @@ class Pricing {
         for (const State& state : states_)
             for (int j = 0; j < dof; ++j)
                 configurations_.push_back(state.from[j] + state.share * (state.to[j] - state.from[j]));
-        if (!states_.empty()) tool_.measure->fill(states_.size(), configurations_.data(), w_.data());
+        if (!states_.empty()) tools_.measure->fill(states_.size(), configurations_.data(), w_.data());
     }
 
     double weigh(const Asked& one, double distance) {
@@ -194,7 +196,7 @@ class Pricing {
     }
 
     const Chain& chain_;
-    const Tool tool_;
+    const Tools tools_;
     const Prices prices_;
     FourScratch scratch_;
     std::vector<Asked> asked_;

@@ -53,13 +53,17 @@ inline void solve_positive(double* a, double* b, int n) {
     }
 }
 
-// A task of inverse kinematics: the tool at a point (3 rows), at a frame (6), or at a frame free to turn about z (5).
-// Limits (dof,); joints that wrap have none.
+// A tool at a point (3 rows), at a frame (6), or at a frame free to turn about z (5).
+struct PlacedTool {
+    int last;     // its joint
+    Frame frame;  // in the frame of this joint
+    int rows;
+};
+
+// A task of inverse kinematics for all tools at once. Limits (dof,); joints that wrap have none.
 struct Task {
     const Chain& chain;
-    int last;    // joint of the tool
-    Frame tool;  // in the frame of this joint
-    int rows;
+    std::vector<PlacedTool> tools;
     double weight;  // of a metre against a radian
     const double *lower, *upper;
     const uint8_t* wraps;
@@ -68,30 +72,33 @@ struct Task {
 class Descent {
    public:
     explicit Descent(const Task& task)
-        : task_(task), target_(), dof_(task.chain.dof()), rows_(task.rows), frames_(task.chain.size() + 1),
-          linear_(dof_), angular_(dof_), jacobian_(6 * dof_), there_(6 * dof_), moved_(dof_) {}
+        : task_(task), dof_(task.chain.dof()), rows_(0), frames_(task.chain.size() + 1), linear_(dof_), angular_(dof_),
+          moved_(dof_) {
+        for (const PlacedTool& tool : task.tools) rows_ += tool.rows;
+        jacobian_.resize(rows_ * dof_), there_.resize(rows_ * dof_), square_.resize(rows_ * rows_), step_.resize(rows_);
+        error_.resize(rows_), error_there_.resize(rows_);
+    }
 
-    // Levenberg-Marquardt from q to a target in the world; q becomes the result. A step that does not reduce the error
-    // increases the damping.
-    void run(double* q, const Frame& target, int iterations) {
-        target_ = target;
+    // Levenberg-Marquardt from q to targets in the world, one for each tool; q becomes the result. A step that does not
+    // reduce the error increases the damping.
+    void run(double* q, const std::vector<Frame>& targets, int iterations) {
+        targets_ = targets;
         constexpr double largest_step = 0.5, near = 1e-7, hopeless = 1e6;  // rad, m or rad
-        double error[6], error_there[6], damping = 1e-3;
-        double size = look(q, error, jacobian_.data());
+        double damping = 1e-3, size = look(q, error_.data(), jacobian_.data());
         for (int round = 0; round < iterations && size >= near * near && damping <= hopeless; ++round) {
             poll_signal_at(round);
-            double square[36], step[6], most = 1e-12;
+            double most = 1e-12;
             for (int i = 0; i < rows_; ++i)
                 for (int k = 0; k < rows_; ++k) {
                     double sum = i == k ? damping + 1e-14 : 0.0;
                     for (int j = 0; j < dof_; ++j) sum += jacobian_[i * dof_ + j] * jacobian_[k * dof_ + j];
-                    square[i * rows_ + k] = sum;
+                    square_[i * rows_ + k] = sum;
                 }
-            for (int i = 0; i < rows_; ++i) step[i] = -error[i];
-            solve_positive(square, step, rows_);
+            for (int i = 0; i < rows_; ++i) step_[i] = -error_[i];
+            solve_positive(square_.data(), step_.data(), rows_);
             for (int j = 0; j < dof_; ++j) {
                 moved_[j] = 0.0;
-                for (int i = 0; i < rows_; ++i) moved_[j] += jacobian_[i * dof_ + j] * step[i];
+                for (int i = 0; i < rows_; ++i) moved_[j] += jacobian_[i * dof_ + j] * step_[i];
                 most = std::max(most, std::fabs(moved_[j]));
             }
             const double shrunk = std::min(1.0, largest_step / most);
@@ -99,11 +106,10 @@ class Descent {
                 moved_[j] = q[j] + shrunk * moved_[j];
                 if (!task_.wraps[j]) moved_[j] = std::min(std::max(moved_[j], task_.lower[j]), task_.upper[j]);
             }
-            const double size_there = look(moved_.data(), error_there, there_.data());
+            const double size_there = look(moved_.data(), error_there_.data(), there_.data());
             if (size_there < size) {
                 std::copy(moved_.begin(), moved_.end(), q);
-                std::copy(error_there, error_there + rows_, error);
-                jacobian_.swap(there_);
+                error_.swap(error_there_), jacobian_.swap(there_);
                 size = size_there, damping *= 0.1;
             } else {
                 damping = std::max(10.0 * damping, 1e-6);
@@ -111,58 +117,62 @@ class Descent {
         }
     }
 
-    // Distance (m) of the tool to the target at q, and angle (rad) of the tool, or of its z axis.
+    // Largest distance (m) of a tool to its target at q, and angle (rad) of a tool, or of its z axis.
     void miss(const double* q, double& distance, double& angle) {
         task_.chain.place(q, frames_.data());
-        const Frame& joint = frames_[task_.last];
-        distance = length(joint * task_.tool.shift - target_.shift);
-        angle = 0.0;
-        if (rows_ == 3) return;
-        const Mat turn = rotation_to(joint.turn * task_.tool.turn);
-        angle = rows_ == 6 ? length(rotation_vector(turn)) : std::atan2(std::hypot(turn.m[2], turn.m[5]), turn.m[8]);
+        distance = angle = 0.0;
+        for (size_t k = 0; k < targets_.size(); ++k) {
+            const PlacedTool& tool = task_.tools[k];
+            const Frame& joint = frames_[tool.last];
+            distance = std::max(distance, length(joint * tool.frame.shift - targets_[k].shift));
+            if (tool.rows == 3) continue;
+            const Mat turn = rotation_between(targets_[k], joint.turn * tool.frame.turn);
+            angle = std::max(angle, tool.rows == 6 ? length(rotation_vector(turn))
+                                                   : std::atan2(std::hypot(turn.m[2], turn.m[5]), turn.m[8]));
+        }
     }
 
    private:
     // Rotation from the target to the tool.
-    Mat rotation_to(const Mat& tool) const {
+    static Mat rotation_between(const Frame& target, const Mat& tool) {
         Mat back;
         for (int i = 0; i < 3; ++i)
-            for (int j = 0; j < 3; ++j) back.m[3 * i + j] = target_.turn.m[3 * j + i];
+            for (int j = 0; j < 3; ++j) back.m[3 * i + j] = target.turn.m[3 * j + i];
         return back * tool;
     }
 
-    // The weighted error at q in the target frame, its Jacobian (rows, dof); returns the square of the error.
+    // The weighted errors at q in the target frames, their Jacobian (rows, dof); returns the square of the error.
     double look(const double* q, double* error, double* jacobian) {
         task_.chain.place(q, frames_.data());
-        task_.chain.jacobian(frames_.data(), task_.last, task_.tool.shift, linear_.data(), angular_.data());
-        const Frame& joint = frames_[task_.last];
-        const Mat turn = joint.turn * task_.tool.turn;
-        const Vec apart = task_.weight * rotate_back(target_.turn, joint * task_.tool.shift - target_.shift);
-        error[0] = apart.x, error[1] = apart.y, error[2] = apart.z;
-        Vec vector;
-        if (rows_ > 3) {
-            vector = rotation_vector(rotation_to(turn));
-            error[3] = vector.x, error[4] = vector.y, error[5] = vector.z;  // 5 rows omit the last one
-        }
-        for (int j = 0; j < dof_; ++j) {
-            const Vec column = task_.weight * rotate_back(target_.turn, linear_[j]);
-            jacobian[j] = column.x, jacobian[dof_ + j] = column.y, jacobian[2 * dof_ + j] = column.z;
-            if (rows_ > 3) {
-                const Vec rate = rotation_vector_rate(vector, rotate_back(turn, angular_[j]));
-                jacobian[3 * dof_ + j] = rate.x, jacobian[4 * dof_ + j] = rate.y, jacobian[5 * dof_ + j] = rate.z;
-            }
-        }
+        for (size_t k = 0, row = 0; k < targets_.size(); row += task_.tools[k++].rows)
+            look_at(task_.tools[k], targets_[k], error + row, jacobian + row * dof_);
         double size = 0.0;
         for (int i = 0; i < rows_; ++i) size += error[i] * error[i];
         return size;
     }
 
+    void look_at(const PlacedTool& tool, const Frame& target, double* error, double* jacobian) {
+        task_.chain.jacobian(frames_.data(), tool.last, tool.frame.shift, linear_.data(), angular_.data());
+        const Frame& joint = frames_[tool.last];
+        const Mat turn = joint.turn * tool.frame.turn;
+        const Vec apart = task_.weight * rotate_back(target.turn, joint * tool.frame.shift - target.shift);
+        const Vec vector = tool.rows > 3 ? rotation_vector(rotation_between(target, turn)) : Vec{};
+        const double errors[6] = {apart.x, apart.y, apart.z, vector.x, vector.y, vector.z};
+        std::copy(errors, errors + tool.rows, error);  // 5 rows omit the last one
+        for (int j = 0; j < dof_; ++j) {
+            const Vec column = task_.weight * rotate_back(target.turn, linear_[j]);
+            const Vec rate = tool.rows > 3 ? rotation_vector_rate(vector, rotate_back(turn, angular_[j])) : Vec{};
+            const double entries[6] = {column.x, column.y, column.z, rate.x, rate.y, rate.z};
+            for (int i = 0; i < tool.rows; ++i) jacobian[i * dof_ + j] = entries[i];
+        }
+    }
+
     const Task& task_;
-    Frame target_;
+    std::vector<Frame> targets_;
     int dof_, rows_;
     std::vector<Frame> frames_;
     std::vector<Vec> linear_, angular_;
-    std::vector<double> jacobian_, there_, moved_;
+    std::vector<double> moved_, jacobian_, there_, square_, step_, error_, error_there_;
 };
 
 }  // namespace planner

@@ -192,24 +192,32 @@ struct JacobianRows {
     int first, stop;
 };
 
-// Yoshikawa's manipulability w of a point on joint `last` at the four configurations of the scratch: the volume spanned
-// by the rows `span` of its Jacobian, or by its columns if they are fewer.
-FOR_THIS_PROCESSOR inline void manipulability_of_four(const Chain& chain, int last, Vec tool, JacobianRows span,
-                                                      FourScratch& s, double* w) {
+// A point on joint `last`.
+struct ToolPoint {
+    int last;
+    Vec point;
+};
+
+// Yoshikawa's manipulability w at the four configurations of the scratch, the least of all tools: the volume spanned by
+// the rows `span` of a tool's Jacobian, or by its columns if they are fewer.
+FOR_THIS_PROCESSOR inline void manipulability_of_four(const Chain& chain, const std::vector<ToolPoint>& tools,
+                                                      JacobianRows span, FourScratch& s, double* w) {
     const int dof = chain.dof(), rows = span.stop - span.first;
     chain.place(s.q, s.frames);
-    chain.jacobian(s.frames, last, tool, s.linear, s.angular);
     const bool by_row = rows <= dof;
-    for (int j = 0; j < dof; ++j) {
-        const VecOf<Four>&l = s.linear[j], &a = s.angular[j];
-        const Four* const column[6] = {&l.x, &l.y, &l.z, &a.x, &a.y, &a.z};
-        for (int r = 0; r < 6; ++r)
-            if (r >= span.first && r < span.stop)
-                s.vectors[by_row ? (r - span.first) * dof + j : j * rows + r - span.first] = *column[r];
+    for (const ToolPoint& tool : tools) {
+        chain.jacobian(s.frames, tool.last, tool.point, s.linear, s.angular);
+        for (int j = 0; j < dof; ++j) {
+            const VecOf<Four>&l = s.linear[j], &a = s.angular[j];
+            const Four* const column[6] = {&l.x, &l.y, &l.z, &a.x, &a.y, &a.z};
+            for (int r = 0; r < 6; ++r)
+                if (r >= span.first && r < span.stop)
+                    s.vectors[by_row ? (r - span.first) * dof + j : j * rows + r - span.first] = *column[r];
+        }
+        Four volume;
+        spanned_volume(s.vectors, by_row ? rows : dof, by_row ? dof : rows, volume);
+        for (int l = 0; l < 4; ++l) w[l] = &tool == &tools[0] ? volume[l] : std::min(w[l], volume[l]);
     }
-    Four volume;
-    spanned_volume(s.vectors, by_row ? rows : dof, by_row ? dof : rows, volume);
-    for (int l = 0; l < 4; ++l) w[l] = volume[l];
 }
 
 // A point on joint `inner`, and a box on joint `outer` with its own frame.

@@ -19,8 +19,8 @@ struct MoveRules {
 // midpoint, and at random near the gradient.
 class WaypointMoves {
    public:
-    WaypointMoves(const Chain& chain, const Tool& tool, const Prices& prices, const MoveRules& rules)
-        : dof_(chain.dof()), pricing_(chain, tool, prices), slopes_(chain, tool, coarse(prices)), wraps_(prices.wraps),
+    WaypointMoves(const Chain& chain, const Tools& tools, const Prices& prices, const MoveRules& rules)
+        : dof_(chain.dof()), pricing_(chain, tools, prices), slopes_(chain, tools, coarse(prices)), wraps_(prices.wraps),
           rules_(rules), downhill_(dof_) {}
 
     // Write up to `most` positions (most, dof) of the waypoint `here`, the cheapest first; returns their number. `size`
@@ -151,9 +151,9 @@ class Stretches {
    public:
     std::vector<double> path, now;
 
-    Stretches(const Chain& chain, const Tool& tool, const Prices& prices, const StretchRules& rules, int n)
+    Stretches(const Chain& chain, const Tools& tools, const Prices& prices, const StretchRules& rules, int n)
         : path(static_cast<size_t>(n) * chain.dof()), now(std::max(n - 1, 0)), dof_(chain.dof()), rules_(rules),
-          pricing_(chain, tool, prices), states_(rules.count * path.size()), costs_(rules.count * now.size()),
+          pricing_(chain, tools, prices), states_(rules.count * path.size()), costs_(rules.count * now.size()),
           gains_(rules.count), order_(rules.count) {}
 
     // The number of candidates of the `attempt`-th try.

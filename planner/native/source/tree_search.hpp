@@ -60,9 +60,8 @@ struct SearchSpace {
     double longest;               // rad, largest length from a root of one tree over a state to one of the other
     double floor;                 // of manipulability, or 0
     double floor_apart;           // rad between samples of manipulability
-    int tool_joint;
-    JacobianRows tool_rows;
-    Vec tool;
+    const std::vector<ToolPoint>& tools;
+    JacobianRows rows;
 };
 
 class TreeSearch {
@@ -184,7 +183,7 @@ class TreeSearch {
                 for (int j = 0; j < dof_; ++j) four_.q[j][lane] = from_[j] + share * delta_[j];
             }
             double w[4];
-            manipulability_of_four(world_.chain, space_.tool_joint, space_.tool, space_.tool_rows, four_, w);
+            manipulability_of_four(world_.chain, space_.tools, space_.rows, four_, w);
             for (const double one : w)
                 if (!(one >= space_.floor)) return false;
         }

@@ -15,12 +15,12 @@ from planner.base.errors import Note, RobotError, choices, require_extra
 from planner.base.files import StrPath
 from planner.base.resources import robot_names, robots_folder
 from planner.base.yamlfile import Coordinate, Name, Number, Strict, parse_yaml, quote, read_text, validate
-from planner.kinematics.arm import frame_id
+from planner.kinematics.arm import frame_id, tool_names
 from planner.problem.options import Rows
 from planner.problem.targets import HOME
 from planner.robot.files import urdf
 from planner.robot.files.packages import example_robot_data
-from planner.robot.files.srdf import Srdf, group_joints, group_tip, read_srdf
+from planner.robot.files.srdf import Srdf, group_joints, group_tips, read_srdf
 
 _ROBOT_FILE = "robot.yaml"
 _DESCRIPTIONS = "robot_descriptions"  # a Python package; names of its robots end in _description
@@ -97,7 +97,7 @@ class RobotFiles:
         Raises :class:`RobotError` for unknown names, and for joints chosen by name that are held.
         """
         held = {**self.file.fixed_joints, **fixed}
-        chosen = self._candidate_joints(self.tool(tool, choice), choice, held)
+        chosen = self._candidate_joints(self.tools(tool, choice), choice, held)
         if unknown := [name for name in chosen if not self.model.existJointName(name)]:
             raise RobotError(
                 f"joint '{unknown[0]}' not found among the joints that move, {choices(self.model.names[1:])}: plan "
@@ -120,7 +120,7 @@ class RobotFiles:
         leaders = {self.description.mimic(joint, held).leader for joint in joints}
         return [joint for joint in self.model.names[1:] if joint in leaders]
 
-    def _candidate_joints(self, tool: str, choice: JointChoice, held: Collection[str]) -> list[str]:
+    def _candidate_joints(self, tools: tuple[str, ...], choice: JointChoice, held: Collection[str]) -> list[str]:
         if choice.joints is not None:
             return list(choice.joints)
         if choice.group is not None:
@@ -128,31 +128,44 @@ class RobotFiles:
         if self.file.joints:
             return list(self.file.joints)
         passive = self.srdf.passive if self.srdf else frozenset()
-        return [joint for joint in self.leaders(tool, held) if joint not in passive]
+        return [joint for joint in self._movers(tools, held) if joint not in passive]
 
-    def tool(self, tool: str | None, choice: JointChoice) -> str:
-        """Return the tool frame: requested, else of the robot file if the group moves it, else its tip."""
-        tool = tool or self.file.tool
+    def _movers(self, tools: tuple[str, ...], held: Collection[str] = ()) -> list[str]:
+        movers = {joint for tool in tools for joint in self.leaders(tool, held)}
+        return [joint for joint in self.model.names[1:] if joint in movers]
+
+    def tools(self, tool: str | None, choice: JointChoice) -> tuple[str, ...]:
+        """Return the tool frames, which ``tool`` names with commas between, or the robot file.
+
+        Those of a group are its tips, one for each group that it consists of, unless it moves all that are named.
+        """
+        requested, tool = tool, tool or self.file.tool
+        named = () if tool is None else tool_names(tool)
         if choice.group is not None:
             joints = self._group_joints(choice.group)
-            if tool is None or joints[-1] not in self.leaders(tool):
-                assert self.srdf is not None
-                return group_tip(self.srdf, choice.group, self.description, joints)
-        if tool is None:
+            assert self.srdf is not None
+            tips = group_tips(self.srdf, choice.group, self.description, joints)
+            of_file = self.file.tool is not None and not requested
+            several = len(tips) > 1 or len(named) > 1
+            moved = all({*(joints if several else joints[-1:])} & {*self.leaders(each)} for each in named)
+            if not named or not moved or (of_file and several):
+                return tips
+        if not named:
             tips = urdf.find_tips(self.model)
             likely = tips if len(tips) == 1 else urdf.guess_tools(self.model)[0]
             if len(likely) != 1:
                 raise RobotError(f"the robot has {len(tips)} tips: name one as its tool; tips are {choices(tips)}.")
-            return likely[0]
-        frame_id(self.model, tool)
-        return tool
+            return (likely[0],)
+        for each in named:
+            frame_id(self.model, each)
+        return named
 
     def notes_on_tool(self, tool: str | None, choice: JointChoice) -> tuple[Note, ...]:
         """Return a note if the tool was guessed among several tips."""
         tips = urdf.find_tips(self.model)
         if tool or self.file.tool or choice.group is not None or len(tips) == 1:
             return ()
-        chosen, why = self.tool(None, choice), urdf.guess_tools(self.model)[1]
+        (chosen,), why = self.tools(None, choice), urdf.guess_tools(self.model)[1]
         return (Note(f"Frame '{chosen}' is taken as the tool, {why}; tips are {choices(tips)}: --tool names another."),)
 
     def _group_joints(self, group: str) -> list[str]:
@@ -182,7 +195,7 @@ class RobotFiles:
 
     def _by_joint(self, values: Sequence[float], what: str) -> dict[str, float]:
         """Return one value per joint that the robot file plans; :class:`RobotError` for other counts."""
-        joints = self.file.joints or self.leaders(self.tool(None, ALL_JOINTS))
+        joints = self.file.joints or self._movers(self.tools(None, ALL_JOINTS))
         if len(joints) != len(values):
             raise RobotError(
                 f"robot file {self.origin}: {what} has {len(values)} values, the robot {len(joints)} joints, "

@@ -45,6 +45,7 @@ class Srdf:
     groups: Mapping[str, ET.Element]
     states: tuple[GroupState, ...]
     passive: frozenset[str]
+    effectors: frozenset[str]  # the groups of end effectors
     world_frame: str
     moves: str
     other: tuple[str, ...]
@@ -90,6 +91,7 @@ def read_srdf(path: Path, arguments: Mapping[str, str] | None = None) -> Srdf:
             groups={item.attrib["name"]: item for item in root.findall("group")},
             states=tuple(_state(item, other) for item in root.findall("group_state")),
             passive=frozenset(_names(root, "passive_joint") + _names(root, "group/passive_joint")),
+            effectors=frozenset(item.get("group", "") for item in root.findall("end_effector")),
             world_frame="" if virtual is None else virtual.get("parent_frame", ""),
             moves="fixed" if virtual is None else virtual.get("type", "fixed"),
             other=tuple(dict.fromkeys(other)),
@@ -130,16 +132,38 @@ def group_joints(srdf: Srdf, name: str, description: urdf.Description, model: pi
     return joints
 
 
-def group_tip(srdf: Srdf, name: str, description: urdf.Description, joints: Sequence[str]) -> str:
-    """Return the last link of a group: the tip of its only chain, else the child of its last joint."""
-    tips = [chain.get("tip_link", "") for chain in srdf.groups[name].findall("chain")]
-    return tips[0] if len(tips) == 1 else description.joints[joints[-1]][1]
+def group_tips(srdf: Srdf, name: str, description: urdf.Description, joints: Sequence[str]) -> tuple[str, ...]:
+    """Return the last links of a group, one for each arm.
+
+    Those of the groups that it consists of, without end effectors and without links that carry another one: a torso is
+    no arm. Else the tip of its only chain, or the child of its last joint.
+    """
+    group, parents = srdf.groups[name], {child: up for up, child in description.joints.values()}
+    tips, inner = [chain.get("tip_link", "") for chain in group.findall("chain")], list[str]()
+    for each in _names(group, "group"):
+        movers = [joint for joint in joints if joint in {*_joints_of(srdf, each, description)}]
+        if movers and each not in srdf.effectors:
+            inner += group_tips(srdf, each, description, movers)
+    if not inner:
+        return (tips[0] if len(tips) == 1 else description.joints[joints[-1]][1],)
+    carriers = set[str]()
+    for link in (above := [parents.get(tip, "") for tip in (*tips, *inner)]):
+        carriers.add(link)
+        above += [parents[link]] if link in parents else []
+    return tuple(tip for tip in dict.fromkeys((*tips, *inner)) if tip not in carriers)
 
 
 def states_of_joints(srdf: Srdf, joints: Sequence[str]) -> dict[str, tuple[float, ...]]:
-    """Return the states that define all of ``joints``; the smaller group wins for equal names."""
+    """Return the states that define all of ``joints``, of one group or of several with equal names.
+
+    A group that defines them all wins over several, and the smaller one of two.
+    """
     states = sorted(srdf.states, key=lambda state: -len(state.values))
-    return {s.name: tuple(s.values[joint] for joint in joints) for s in states if {*joints} <= s.values.keys()}
+    several = dict[str, dict[str, float]]()
+    for state in states:
+        several[state.name] = {**several.get(state.name, {}), **state.values}
+    given = [*several.items(), *((state.name, state.values) for state in states)]
+    return {name: tuple(values[joint] for joint in joints) for name, values in given if {*joints} <= values.keys()}
 
 
 def _joints_of(srdf: Srdf, name: str, description: urdf.Description, outer: tuple[str, ...] = ()) -> Iterator[str]:

@@ -7,6 +7,7 @@ import pytest
 from planner.robot.files.robot_files import JointChoice, read_robot
 from planner.robot.files.srdf import group_joints
 from planner.robot.robot import Robot
+from tests.two_arms import two_arms
 from tests.worlds import joint_xml, link_xml
 
 SRDF = """<robot name="arm">
@@ -61,6 +62,23 @@ def test_groups(arm: Path, group: str, joints: list[str]) -> None:
     files = read_robot(str(arm / "arm.urdf"), arm / "arm.srdf")
     assert files.srdf is not None
     assert group_joints(files.srdf, group, files.description, files.model) == joints
+
+
+def test_groups_of_groups_have_a_tool_for_each_arm() -> None:
+    urdf, srdf = two_arms()
+    arms = {side: [f"{side}_{k}" for k in range(1, 7)] for side in ("left", "right")}
+    low = {side: (0.4 if side == "left" else -0.4, 0.3, -0.3, 0.3, -0.3, 0.3) for side in arms}
+    for group, tool, joints, state in (
+        ("left", "left_tool", arms["left"], low["left"]),
+        ("both", "left_tool,right_tool", [*arms["left"], *arms["right"]], low["left"] + low["right"]),
+        ("whole", "left_tool,right_tool", ["waist", *arms["left"], "left_finger", *arms["right"]], None),
+    ):
+        robot = Robot.load(str(urdf), choice=JointChoice(group), srdf=srdf)
+        assert (robot.tool_text, list(robot.joints), robot.jacobian_rows) == (tool, joints, "pose")
+        assert robot.states.get("low") == state
+        assert robot.notes == () or all("two_arms" not in note.text for note in robot.notes)
+    swapped = Robot.load(str(urdf), "right_tool,left_tool", choice=JointChoice("both"), srdf=srdf)
+    assert swapped.tools == ("right_tool", "left_tool")
 
 
 def test_a_group_holds_the_rest_where_home_has_it(arm: Path) -> None:

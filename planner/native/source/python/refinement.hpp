@@ -67,7 +67,7 @@ inline auto descend(const World& world, const Bounds& bounds, double resolution,
     if (begin) std::copy_n(begin->data(), most_waypoints, refined.chosen.data());
     const MoveRules rules{gain, lower, upper, mixes, mixes.count(), draw_count, most};
     const auto make = [&] {
-        return Moves{{charge.chain, charge.tool, charge.prices, rules},
+        return Moves{{charge.chain, charge.tools, charge.prices, rules},
                      {world, bounds},
                      std::vector<double>(most * width),
                      std::vector<double>(4 * width)};
@@ -136,11 +136,11 @@ inline auto even_stretches(const World& world, const Bounds& bounds, double reso
     const StretchRules rules{count, most, gain, ends, bytes_of(joints), shares};
     std::vector<double> now(std::max(n - 1, 0));
     if (n > 1) {
-        Pricing pricing(charge.chain, charge.tool, charge.prices);
+        Pricing pricing(charge.chain, charge.tools, charge.prices);
         pricing.price(n - 1, refined.path, refined.path + dof, now.data());
     }
     const auto make = [&] {
-        return Straightening{{charge.chain, charge.tool, charge.prices, rules, n},
+        return Straightening{{charge.chain, charge.tools, charge.prices, rules, n},
                              {world, bounds},
                              std::vector<double>(2 * n * dof),
                              std::vector<Proof>(n)};

@@ -26,10 +26,21 @@ inline void require_joint(const Chain& chain, int joint) {
 
 using RowSpan = std::pair<int, int>;  // first row of a Jacobian, and the one behind the last
 
-inline Tool tool_of(const Chain& chain, int last, const double* point, const RowSpan& rows) {
-    require_joint(chain, last);
+// Joints (k,) with a point each (k, 3), and the rows of their Jacobians.
+using ToolsGiven = std::tuple<Ints<any>, Floats<any, 3>, RowSpan>;
+
+inline Tools tools_of(const Chain& chain, const ToolsGiven& given) {
+    const auto& [joints, points, rows] = given;
+    const int count = joints.count();
+    require(count >= 1, "there is no tool");
+    points.of({count, 3});
     require(rows.first >= 0 && rows.first < rows.second && rows.second <= 6, "a Jacobian has from one to six rows");
-    return {last, vec_at(point), {rows.first, rows.second}};
+    Tools tools{{}, {rows.first, rows.second}};
+    for (int k = 0; k < count; ++k) {
+        require(joints[k] >= 0 && joints[k] <= chain.size(), "there is no such joint");
+        tools.points.push_back({static_cast<int>(joints[k]), vec_at(points + 3 * k)});
+    }
+    return tools;
 }
 
 // Leaders, factors and zeros; by default every joint is planned.
@@ -123,9 +134,9 @@ inline Made<double, 1> path_lengths(const Chain& chain, const States& start, con
     return lengths;
 }
 
-// w (all,) of a tool where joint j has the value `at(k, j)`, four robots at a time.
+// w (all,) of tools where joint j has the value `at(k, j)`, four robots at a time.
 template <class At>
-void fill_manipulability(const Chain& chain, const Tool& tool, int64_t all, const At& at, double* w) {
+void fill_manipulability(const Chain& chain, const Tools& tools, int64_t all, const At& at, double* w) {
     const int64_t fours = (all + 3) / 4;
     constexpr int at_a_time = 16;
     share_out(
@@ -138,56 +149,61 @@ void fill_manipulability(const Chain& chain, const Tool& tool, int64_t all, cons
                     for (int j = 0; j < chain.dof(); ++j)
                         scratch.q[j][l] = at(first + std::min<int64_t>(l, count - 1), j);
                 double found[4];
-                manipulability_of_four(chain, tool.last, tool.point, tool.rows, scratch, found);
+                manipulability_of_four(chain, tools.points, tools.rows, scratch, found);
                 std::copy(found, found + count, w + first);
             }
         });
 }
 
-inline Made<double, 1> manipulability(const Chain& chain, const States& q, int last, const Floats<3>& point,
-                                      const RowSpan& rows) {
+inline Made<double, 1> manipulability(const Chain& chain, const States& q, const ToolsGiven& tools) {
     const int dof = chain.dof();
     Made<double, 1> w(q.of({any, dof}).count());
     fill_manipulability(
-        chain, tool_of(chain, last, point, rows), w.size(), [&](int64_t k, int j) { return q[k * dof + j]; }, w);
+        chain, tools_of(chain, tools), w.size(), [&](int64_t k, int j) { return q[k * dof + j]; }, w);
     return w;
 }
 
 inline Made<double, 2> manipulability_along(const Chain& chain, const States& start, const States& delta,
-                                            const Floats<any>& shares, int last, const Floats<3>& point,
-                                            const RowSpan& rows) {
+                                            const Floats<any>& shares, const ToolsGiven& tools) {
     const int dof = chain.dof(), states = shares.count(), n = start.of({any, dof}).count();
     delta.of({n, dof});
     Made<double, 2> w(n, states);
     const auto at = [&](int64_t k, int j) {
         return start[k / states * dof + j] + shares[k % states] * delta[k / states * dof + j];
     };
-    fill_manipulability(chain, tool_of(chain, last, point, rows), w.size(), at, w);
+    fill_manipulability(chain, tools_of(chain, tools), w.size(), at, w);
     return w;
 }
 
 using JointLimits = std::tuple<Floats<any>, Floats<any>, Bools>;  // lowest, highest, and which joints wrap
 
-inline auto solve_inverse(const Chain& chain, const States& seeds, int last, const Floats<4, 4>& tool,
-                          const Floats<any, 4, 4>& targets, bool oriented, const JointLimits& limits, int iterations,
-                          bool turns_freely, double weight) {
-    const size_t dof = chain.dof(), n = seeds.of({any, chain.dof()}).count(), step = targets.count() == 1 ? 0 : 16;
+inline auto solve_inverse(const Chain& chain, const States& seeds, const Ints<any>& joints,
+                          const Floats<any, 4, 4>& tools, const Ints<any>& rows, const Floats<any, any, 4, 4>& targets,
+                          const JointLimits& limits, int iterations, double weight) {
+    const size_t dof = chain.dof(), n = seeds.of({any, chain.dof()}).count(), count = joints.count();
+    const size_t step = targets.count() == 1 ? 0 : 16 * count;
     const auto& [lower, upper, wraps] = limits;
     lower.of({chain.dof()}), upper.of({chain.dof()}), wraps.of({chain.dof()});
-    require_joint(chain, last);
+    tools.of({joints.count(), 4, 4}), rows.of({joints.count()}), targets.of({any, joints.count(), 4, 4});
     require(targets.count() == 1 || targets.count() == seeds.count(), "there is not one target for each seed");
     require(weight > 0.0 && weight <= farthest, "a metre has no weight");
     const auto placed = [](const double* m) {  // (4, 4)
         return Frame{{{m[0], m[1], m[2], m[4], m[5], m[6], m[8], m[9], m[10]}}, {m[3], m[7], m[11]}};
     };
-    const Task task{chain,  last,  placed(tool), !oriented ? 3 : turns_freely ? 5 : 6,
-                    weight, lower, upper,        bytes_of(wraps)};
+    Task task{chain, {}, weight, lower, upper, bytes_of(wraps)};
+    for (size_t k = 0; k < count; ++k) {
+        require(joints[k] >= 0 && joints[k] <= chain.size(), "there is no such joint");
+        require(rows[k] == 3 || rows[k] == 5 || rows[k] == 6, "a tool has 3, 5 or 6 rows");
+        task.tools.push_back({static_cast<int>(joints[k]), placed(tools + 16 * k), static_cast<int>(rows[k])});
+    }
     Made<double, 2> ends = copy_into(seeds.data(), Made<double, 2>(n, dof));
     Made<double, 1> distance(n), angle(n);
     share_out(
         static_cast<int>(n), 8, [&] { return Descent(task); },
         [&](size_t k, Descent& descent) {
-            descent.run(ends + k * dof, placed(targets + k * step), iterations);
+            std::vector<Frame> own(count);
+            for (size_t tool = 0; tool < count; ++tool) own[tool] = placed(targets + k * step + 16 * tool);
+            descent.run(ends + k * dof, own, iterations);
             descent.miss(ends + k * dof, distance[k], angle[k]);
         });
     return std::tuple{std::move(ends), std::move(distance), std::move(angle)};
@@ -245,16 +261,15 @@ struct MeasureOfPython : Measure {
 struct Charge {
     Chain chain;
     std::unique_ptr<Measure> measure;
-    Tool tool;
+    Tools tools;
     std::vector<uint8_t> wraps;
     Prices prices;
 
     // `numbers`: low, high, zeta of omega, unit, beta, floor, longest, spacing, chord, see Prices.
     Charge(const Chain& of, const std::array<double, 9>& numbers, int kind, bool at_end, int fewest,
-           const Bools& wrapping, int last, const Floats<3>& point, const RowSpan& rows,
-           const std::optional<nb::callable>& function)
+           const Bools& wrapping, const ToolsGiven& given, const std::optional<nb::callable>& function)
         : chain(of), measure(function ? std::make_unique<MeasureOfPython>(*function, of.dof()) : nullptr),
-          tool(tool_of(of, last, point, rows)), wraps(wrapping.of({of.dof()}).data(), wrapping.data() + of.dof()),
+          tools(tools_of(of, given)), wraps(wrapping.of({of.dof()}).data(), wrapping.data() + of.dof()),
           prices{omega_of(numbers[0], numbers[1], numbers[2], kind),
                  numbers[3],
                  numbers[4],
@@ -265,7 +280,7 @@ struct Charge {
                  fewest,
                  at_end,
                  wraps.data()} {
-        tool.measure = measure.get();
+        tools.measure = measure.get();
         require(fewest >= 3 && fewest < 1000 && fewest % 2, "Simpson's rule takes an odd number of states");
         require(within(numbers.data(), 9, infinity) && numbers[3] > 0.0,
                 "a price is no number, or lengths are divided by none above 0");
@@ -277,7 +292,7 @@ struct Charge {
         const int dof = chain.dof(), n = start.of({any, dof}).count();
         end.of({n, dof});
         Made<double, 1> found(n);
-        share_out((n + at_a_time - 1) / at_a_time, 2, [&] { return Pricing(chain, tool, prices); },
+        share_out((n + at_a_time - 1) / at_a_time, 2, [&] { return Pricing(chain, tools, prices); },
                   [&](int part, Pricing& pricing) {
                       const size_t first = static_cast<size_t>(part) * at_a_time;
                       const int count = std::min(at_a_time, n - static_cast<int>(first));
@@ -427,29 +442,28 @@ inline void bind_robot(nb::module_& m) {
         .def("path_lengths", &path_lengths, "start"_a, "delta"_a, "pieces"_a, "joint"_a, "point"_a, at_work,
              "Return lengths (n,) of the paths of a point along straight joint motions from start by delta (n,\n"
              "dof), by chords between pieces (n,) + 1 evenly spaced states.")
-        .def("manipulability", &manipulability, "q"_a, "joint"_a, "point"_a, "rows"_a, at_work,
+        .def("manipulability", &manipulability, "q"_a, "tools"_a, at_work,
              "Return the volume (n,) spanned by the rows [first, second) of the Jacobian of a point, or by its\n"
-             "columns if they are fewer.")
-        .def("manipulability_along", &manipulability_along, "start"_a, "delta"_a, "shares"_a, "joint"_a, "point"_a,
-             "rows"_a, at_work, "The same (n, k) at start + share delta, (n, dof) each, for each of shares (k,).")
-        .def("inverse", &solve_inverse, "seeds"_a, "joint"_a, "tool"_a, "targets"_a, "oriented"_a, "limits"_a,
-             "iterations"_a, "turns_freely"_a = false, "weight"_a = 1.0, at_work,
-             "Solve inverse kinematics from seeds (n, dof) for a tool (4, 4) on a joint.\n\n"
-             "Targets (n or 1, 4, 4) are in the world; only their positions count unless oriented, and then up to a\n"
-             "turn about z if the tool turns freely. limits: lowest, highest, and which joints wrap and have none.\n"
+             "columns if they are fewer: the least of tools, which are joints (k,), a point on each (k, 3) and rows.")
+        .def("manipulability_along", &manipulability_along, "start"_a, "delta"_a, "shares"_a, "tools"_a, at_work,
+             "The same (n, k) at start + share delta, (n, dof) each, for each of shares (k,).")
+        .def("inverse", &solve_inverse, "seeds"_a, "joints"_a, "tools"_a, "rows"_a, "targets"_a, "limits"_a,
+             "iterations"_a, "weight"_a = 1.0, at_work,
+             "Solve inverse kinematics from seeds (n, dof) for tools (k, 4, 4) on joints (k,), all at once.\n\n"
+             "Targets (n or 1, k, 4, 4) are in the world. rows (k,): 3, only a tool's position counts, 6, its pose,\n"
+             "or 5, its pose up to a turn about z. limits: lowest, highest, and which joints wrap and have none.\n"
              "For unreachable targets the result minimizes the sum of squares of weight times metres, and radians.\n"
-             "Return ends (n, dof), distances (n,) and angles (n,).");
+             "Return ends (n, dof), and the largest distances (n,) and angles (n,) of any tool.");
     nb::class_<Charge>(m, "Charge", "What straight motions of an arm cost.")
-        .def(nb::init<const Chain&, const std::array<double, 9>&, int, bool, int, const Bools&, int, const Floats<3>&,
-                      const RowSpan&, const std::optional<nb::callable>&>(),
-             "chain"_a, "numbers"_a, "kind"_a, "at_end"_a, "fewest"_a, "wraps"_a, "joint"_a, "point"_a, "rows"_a,
-             "measure"_a = nb::none(),
+        .def(nb::init<const Chain&, const std::array<double, 9>&, int, bool, int, const Bools&, const ToolsGiven&,
+                      const std::optional<nb::callable>&>(),
+             "chain"_a, "numbers"_a, "kind"_a, "at_end"_a, "fewest"_a, "wraps"_a, "tools"_a, "measure"_a = nb::none(),
              "numbers: low, high and zeta of omega, divisor of lengths, beta, floor of w, longest motion (rad),\n"
              "spacing (rad) of states of w, and chords (rad) of the tool path, 0 for lengths in joint space. kind\n"
              "of omega as in manipulability_costs; at_end: omega of the last state, not the mean; fewest states per\n"
-             "motion, an odd number; wraps (dof,): joints that turn at most half a turn. The tool is a point (3,)\n"
-             "on joint; rows [first, second) of its Jacobian count. measure maps configurations (n, dof) to values\n"
-             "(n,) in place of w.")
+             "motion, an odd number; wraps (dof,): joints that turn at most half a turn. Tools are joints (k,), a\n"
+             "point on each (k, 3) and rows [first, second) of their Jacobians; the least w counts, and the sum of\n"
+             "their paths. measure maps configurations (n, dof) to values (n,) in place of w.")
         .def("costs", &Charge::costs, "start"_a, "end"_a, at_work, "Costs (n,) from start to end (n, dof).");
     nb::class_<PoseConstraints>(
         m, "NativeConstraints",

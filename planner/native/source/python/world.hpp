@@ -461,13 +461,12 @@ inline auto walk(const World& world, const Bounds& bounds, const Coefficients& c
 }
 
 inline auto tree_path(const World& world, const Bounds& bounds, const Limits& limits, const Bools& wraps,
-                      double longest, const std::tuple<int, Floats<3>, RowSpan>& tool, double floor, double floor_apart,
+                      double longest, const ToolsGiven& given, double floor, double floor_apart,
                       const States& starts, const States& goals, double step, double look_apart, uint64_t seed,
                       int limit) {
     const int dof = world.chain.dof();
     const auto& [lower, upper] = limits;
-    const auto& [joint, point, rows] = tool;
-    const Tool of = tool_of(world.chain, joint, point, rows);
+    const Tools tools = tools_of(world.chain, given);
     lower.of({dof}), upper.of({dof}), wraps.of({dof}), starts.of({any, dof}), goals.of({any, dof});
     require(starts.count() >= 1 && goals.count() >= 1, "there is no start or no goal");
     require(limit >= 0, "the limit is below 0");
@@ -476,7 +475,7 @@ inline auto tree_path(const World& world, const Bounds& bounds, const Limits& li
     require(within(lower, dof, farthest) && within(upper, dof, farthest), "a limit is no finite number");
     require(longest >= 0.0 && floor >= 0.0, "a length or a floor is below 0");
     require(floor_apart > 0.0 && look_apart > 0.0 && step > 0.0, "a step is longer than nothing");
-    const SearchSpace space{lower, upper, bytes_of(wraps), longest, floor, floor_apart, of.last, of.rows, of.point};
+    const SearchSpace space{lower, upper, bytes_of(wraps), longest, floor, floor_apart, tools.points, tools.rows};
     TreeSearch search(world, bounds, space, step, look_apart, seed);
     const std::vector<double> path = search.path(starts, starts.count(), goals, goals.count(), limit);
     std::optional<Made<double, 2>> found;
@@ -600,14 +599,14 @@ inline void bind_world(nb::module_& m) {
              "On an interval the joints move no point farther than longest (m). The bounds (intervals,) m hold for\n"
              "sections of an interval in proportion. shares (pairs,) are the largest ratios of a pair's change of\n"
              "distance to the motion of the fastest point.")
-        .def("tree_path", &tree_path, "bounds"_a, "limits"_a, "wraps"_a, "longest"_a, "tool"_a, "floor"_a,
+        .def("tree_path", &tree_path, "bounds"_a, "limits"_a, "wraps"_a, "longest"_a, "tools"_a, "floor"_a,
              "floor_apart"_a, "starts"_a, "goals"_a, "step"_a, "look_apart"_a, "seed"_a, "limit"_a, at_work,
              "A path (k, dof) of motions that look free, from a start to a goal, and how many it looked at.\n\n"
              "RRTConnect (Kuffner and LaValle 2000) with steps of step (rad), whose smaller tree grows, with dynamic\n"
              "domains (Yershova et al. 2005). Motions are looked at as look says, look_apart (m), and proven nowhere.\n"
              "States are drawn between limits, or from -pi to pi where a joint wraps; none is farther from the\n"
-             "nearest start and the nearest goal than longest in all. Along motions the manipulability of a tool\n"
-             "(joint, point, rows) is not below floor in states that are floor_apart apart. None after limit motions,\n"
+             "nearest start and the nearest goal than longest in all. Along motions the manipulability of all tools\n"
+             "(joints, points, rows) is not below floor in states that are floor_apart apart. None after limit motions,\n"
              "or when a stop is asked for. The same seed gives the same path.");
 }
 
