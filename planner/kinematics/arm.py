@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import Self
 
 import numpy as np
 import pinocchio as pin
@@ -76,7 +77,7 @@ class Arm:
         return ",".join(self.tools)
 
     @cached_property
-    def with_each_tool(self) -> tuple[Arm, ...]:
+    def with_each_tool(self) -> tuple[Self, ...]:
         """The same arm once for each tool, with that tool only."""
         if not self.other_tools:
             return (self,)

@@ -55,8 +55,8 @@ def solve(
         seeds = np.vstack([seeds, near])
     wanted = [target] if isinstance(target, pin.SE3 | np.ndarray) else list(target)
     oriented = [isinstance(each, pin.SE3) for each in wanted]
-    places = [each if isinstance(each, pin.SE3) else pin.SE3(np.eye(3), np.asarray(each, float)) for each in wanted]
-    targets = np.broadcast_to([place.homogeneous for place in places], (len(seeds), len(places), 4, 4))
+    places = np.array([_matrix(each) for each in wanted])
+    targets = np.broadcast_to(places, (len(seeds), len(places), 4, 4))
     within = tolerance if any(oriented) else None
     ends, distance, angle, configurations = solve_within(arm, targets, seeds, within, oriented)
     # a target that is inf metres away is out of reach, as the caller will say
@@ -64,6 +64,13 @@ def solve(
     nearest = int(np.argmin(off))
     distinct = distinct_configurations(arm, ends[configurations])
     return Solutions(distinct, ends[nearest], float(distance[nearest]), float(angle[nearest]))
+
+
+def _matrix(target: Target) -> Floats:
+    """Return the placement (4, 4) of a target, a position without a turn."""
+    if isinstance(target, np.ndarray):
+        return pin.SE3(np.eye(3), np.asarray(target, dtype=float)).homogeneous
+    return target.homogeneous
 
 
 def solve_each(
@@ -74,12 +81,12 @@ def solve_each(
     weight: float = 1.0,
     oriented: Sequence[bool] = (True,),
 ) -> tuple[Floats, Floats, Floats]:
-    """Return the ends of descents from ``seeds`` (n, dof), each to its own target (n, 4, 4) of the main tool.
+    """Return the ends of descents from ``seeds`` (n, dof), each to its own target (n, 4, 4).
 
     Configurations (n, dof) within limits, and the errors (n,) m and rad of the tool there: a solution where they are
     within the tolerances. With ``turns_freely`` a turn about the tool's z axis is no error. Elsewhere a descent ends
-    where ``weight`` times metres and radians are least in squares. Targets (n, k, 4, 4) are those of all k tools, of
-    which ``oriented`` tells whose orientation counts; the errors are those of the worst tool.
+    where ``weight`` times metres and radians are least in squares. Targets are those of the main tool; (n, k, 4, 4)
+    those of all k tools, of which ``oriented`` tells whose orientation counts; the errors are those of the worst tool.
     """
     arms = arm.with_each_tool[:1] if targets.ndim == 3 else arm.with_each_tool
     joints, placements = zip(*map(tool_joint, arms), strict=True)

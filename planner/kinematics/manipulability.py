@@ -117,15 +117,15 @@ def evaluate_measure(arm: Arm, q: Floats) -> Floats:
         if (values < 0.0).any():
             raise OptionError(f"manipulability must be at least 0, got {values.min():g}: give another measure.")
         return values
-    return least_of_tools(arm, lambda one: _built_in_measure(one, q))
+    return least_of_tools(arm, lambda one: _singular_measure(one, q))
 
 
 def least_of_tools(arm: Arm, measure: Callable[[Arm], Floats]) -> Floats:
-    """Return the least ``measure`` (...) of any tool of the arm, each evaluated for the arm with that tool."""
+    """Return the least ``measure`` (...) of any tool, evaluated for the arm with each tool alone."""
     return np.minimum.reduce([measure(one) for one in arm.with_each_tool])
 
 
-def _built_in_measure(arm: Arm, q: Floats) -> Floats:
+def _singular_measure(arm: Arm, q: Floats) -> Floats:
     rows = jacobians(arm, q)
     if arm.measure == "joint-limits":
         mobile: Floats = rows * np.sqrt(_mobility(arm, q))[:, None]
@@ -159,6 +159,6 @@ def _volumes(rows: Floats) -> Floats:
 
 
 def tools_and_rows(arm: Arm) -> tuple[Ints, Floats, tuple[int, int]]:
-    """Return the joints (k,) that carry the tools, positions (k, 3) in their frames, and :func:`rows_of` J."""
+    """Return the joints (k,) of the tools, positions (k, 3) in their frames, and :func:`rows_of` J."""
     joints, placements = zip(*map(tool_joint, arm.with_each_tool), strict=True)
     return np.array(joints), np.array([place.translation for place in placements]), rows_of(arm)

@@ -103,8 +103,8 @@ def cost_lower_bound(roadmap: Roadmap, robot: Robot, objective: Objective) -> fl
         distance = np.linalg.norm(away, axis=2) / roadmap.scale.joint_length
     else:
         ends = [(tool_positions(one, starts), tool_positions(one, goals)) for one in robot.with_each_tool]
-        distance = sum(np.linalg.norm(here[:, None] - there[None], axis=2) for here, there in ends)
-        distance = distance / roadmap.scale.tool_length
+        lengths = [np.linalg.norm(here[:, None] - there[None], axis=2) for here, there in ends]
+        distance = np.sum(lengths, axis=0) / roadmap.scale.tool_length
     if objective.cost_integration == "edges":
         omega = roadmap.scale.zeta * distance
     else:

@@ -181,7 +181,7 @@ def _reach(
     starts: Floats | None,
     tolerance: inverse.Tolerance,
 ) -> Floats:
-    """Return configurations (k, dof) that reach all targets at once; :class:`StateError` if there are none."""
+    """Return configurations (k, dof) that reach all targets; :class:`StateError` if there are none."""
     robot = with_tool(robot, ",".join(target.frame or robot.tool for target in targets))
     near = None if starts is None else _seeds(robot, starts)
     places = [_placement(target, role) for target in targets]
