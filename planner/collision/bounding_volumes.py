@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from planner.base.arrays import Floats, distinct_rows, frozen, length, product
+from planner.base.arrays import Floats, column_bounds, distinct_rows, frozen, length, product
 from planner.robot.clouds import Points, Seen
 from planner.robot.shapes import CORNERS, Box, Capsule, Cylinder, Mesh, Shape, Sphere
 from planner.robot.solids import solid_of, vertices_in_triangles
@@ -144,7 +144,7 @@ def hull_of(mesh: Mesh) -> tuple[Floats, float]:
     Of a cloud, the points are the corners of its box.
     """
     if isinstance(mesh, Seen):  # a box will do: no hull stands for a cloud
-        low, high = mesh.vertices.min(axis=0), mesh.vertices.max(axis=0)
+        low, high = column_bounds(mesh.vertices)
         return frozen(0.5 * (low + high) + CORNERS * (high - low)), np.inf
     return frozen(hull_corners(mesh.vertices[vertices_in_triangles(mesh)])), dent_depth(mesh)
 
@@ -196,8 +196,7 @@ def widen_triangles(mesh: Mesh) -> Mesh:
     longest side stays; the opposite corner moves.
     """
     if isinstance(mesh, Points):
-        vertices = (mesh.vertices[:, None] + _WIDE * np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0]])).reshape(-1, 3)
-        return Mesh(vertices, np.arange(len(vertices)).reshape(-1, 3))
+        return widen_points(mesh.vertices)
     corners = mesh.vertices[mesh.triangles]
     sides = np.linalg.norm(np.roll(corners, -1, axis=1) - corners, axis=2)
     area = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)
@@ -216,6 +215,12 @@ def widen_triangles(mesh: Mesh) -> Mesh:
         added.append(mesh.vertices[c] + _WIDE * _across(along))
         triangles[k] = a, b, new
     return Mesh(frozen(np.vstack([mesh.vertices, added])), triangles)
+
+
+def widen_points(points: Floats) -> Mesh:
+    """Return a triangle of a micrometre for each of the points (n, 3)."""
+    vertices = (points[:, None] + _WIDE * np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0]])).reshape(-1, 3)
+    return Mesh(vertices, np.arange(len(vertices)).reshape(-1, 3))
 
 
 def _across(along: Floats) -> Floats:

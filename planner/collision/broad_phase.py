@@ -217,13 +217,13 @@ def _make_requests(geometries: Sequence[pin.GeometryData]) -> list[list[Any]]:
     for data in geometries:
         if len(data.collisionRequests):
             requests = type(data.collisionRequests)()
-            requests.extend([_make_request(type(data.collisionRequests[0]))] * len(data.collisionRequests))
+            requests.extend([make_request(type(data.collisionRequests[0]))] * len(data.collisionRequests))
             data.collisionRequests = requests
     return [list(data.collisionRequests) for data in geometries]
 
 
 @cache
-def _make_request(kind: type) -> Any:
+def make_request(kind: type) -> Any:
     """Return a collision request with safe settings and no margin.
 
     Without contacts coal leaves the penetration open: it called a capsule 25 mm inside a box free when its axis was

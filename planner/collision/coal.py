@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Mapping
+from dataclasses import replace
 from functools import cached_property, lru_cache
 
 import coal
@@ -11,20 +12,30 @@ import numpy as np
 import pinocchio as pin
 
 from planner.base.arrays import Bools, Floats, Ints
-from planner.collision.bounding_volumes import widen_triangles
+from planner.collision.bounding_volumes import widen_points, widen_triangles
 from planner.collision.bounds import ClearanceBound
-from planner.collision.broad_phase import LazyBroadPhase, Pool, extract_geometry, has_same_arm, has_same_shapes
+from planner.collision.broad_phase import (
+    LazyBroadPhase,
+    Pool,
+    extract_geometry,
+    has_same_arm,
+    has_same_shapes,
+    make_request,
+)
 from planner.collision.checker import CollisionChecker, CurveStates, as_configurations
+from planner.collision.near_samples import CloudLook, samples_in_boxes
 from planner.collision.world import Contact, World
 from planner.kinematics.forward import Chain
+from planner.robot.clouds import Points
 from planner.robot.moving import KnownMotion
 from planner.robot.poses import se3
-from planner.robot.shapes import Box, Capsule, Cylinder, Mesh, Shape, Sphere
+from planner.robot.shapes import Box, Capsule, Cylinder, Mesh, Shape, Sphere, bounding_box
 
 _THICKNESS = 1e-6  # m
 # its GJK stops at 1e-6 m; of 50,000 pairs that benchmarks/attack tried, some a kilometre from the origin, it put none
 # farther apart than 4.3e-6 m beyond the truth, curved shapes most
 _ERROR = 1e-5  # m
+_NEAREST = 64  # samples whose distance bounds that of a cloud
 _STRETCHES = (45, 15, 5, 1)  # consecutive configurations that one query clears
 
 
@@ -42,14 +53,20 @@ class CoalChecker(CollisionChecker):
         self.chain = Chain.from_arm(world.robot)
         self.bound = bound or ClearanceBound(world, known.bound if known else None)
         self.queries, self.second = 0, []
-        self._geometries = [_geometry(item.shape) for item in world.items]
         self._trees: dict[int, coal.CollisionGeometry] = {}
-        self._request = coal.DistanceRequest()
+        self._request, self._clouds = coal.DistanceRequest(), CloudLook(world)
+        self._others = world  # less the pairs with clouds
+        if len(self._clouds.numbers):
+            checked = np.array(world.checked)
+            checked[:, self._clouds.numbers] = False
+            self._others = replace(world, checked=checked)
+        is_cloud = np.isin(np.arange(len(world.items)), len(world.bodies) + self._clouds.numbers)
+        geometries = [None if is_cloud[k] else _geometry(item.shape) for k, item in enumerate(world.items)]
         alike = known if known is not None and has_same_arm(known.world, world) else None
         if alike is not None and has_same_shapes(alike.world, world):
             self._broad = alike._broad
         else:
-            self._broad = LazyBroadPhase(world, self._geometries, alike and alike._broad)
+            self._broad = LazyBroadPhase(self._others, geometries, alike and alike._broad)
 
     @cached_property
     def _placements(self) -> list[coal.Transform3s]:
@@ -64,13 +81,36 @@ class CoalChecker(CollisionChecker):
     @property
     def geometry_model(self) -> pin.GeometryModel:
         """Pinocchio's geometry of the world, with every checked pair as a collision pair."""
-        return extract_geometry(self.world, self._geometries, np.arange(len(self.world.obstacles)), own=True)[0]
+        shapes = [_geometry(item.shape) for item in self.world.items]
+        return extract_geometry(self.world, shapes, np.arange(len(self.world.obstacles)), own=True)[0]
 
     def first_touch(self, q: Floats) -> tuple[int, Contact] | None:
         q = np.atleast_2d(np.asarray(q, dtype=float))
         self.queries += len(q)
-        result = self._broad.phase.first_touch(self.world, q)
+        result = self._broad.phase.first_touch(self._others, q)
+        pairs = self._pairs_in_clouds(q if result is None else q[: result[0] + 1], self.world.margin)
+        met = np.flatnonzero(pairs >= 0)
+        if len(met) and (result is None or (met[0], pairs[met[0]]) < result):
+            result = int(met[0]), int(pairs[met[0]])
         return None if result is None else (result[0], self.world.contact(result[1]))
+
+    def _pairs_in_clouds(self, q: Floats, margins: Floats | float) -> Ints:
+        """Return the first pair (n,) of a body and a cloud within its ``margins`` (pairs,) m, -1 without any.
+
+        Coal sees the samples near each body only: a tree of all takes it 15 s for a million of them.
+        """
+        pairs, reach = np.full(len(q), -1, dtype=np.int64), margins + self.world.rounding
+        for near in self._clouds.near(q, reach):
+            request = make_request(coal.CollisionRequest)
+            request.security_margin = reach[near.pair]
+            body = _geometry(self.world.items[self.world.items_of(near.pair)[0]].shape)
+            samples, here = _tree_of_points(near.samples, coal.BVHModelOBB), coal.Transform3s.Identity()
+            for row, turn, shift in zip(near.rows.tolist(), near.turns, near.shifts, strict=True):
+                if pairs[row] < 0 or near.pair < pairs[row]:
+                    at = coal.Transform3s(turn, shift)
+                    if coal.collide(body, at, samples, here, request, coal.CollisionResult()):
+                        pairs[row] = near.pair
+        return pairs
 
     def first_contact_along(self, q: Floats | CurveStates, motion: Floats) -> tuple[int, Contact] | None:
         """See :class:`planner.collision.checker.CollisionChecker`.
@@ -100,7 +140,11 @@ class CoalChecker(CollisionChecker):
 
         All pairs of the others are certainly farther apart.
         """
-        return self._broad.phase.touching(self.world, q, _with_error(apart))
+        extra = _with_error(apart)
+        near = self._broad.phase.touching(self._others, q, extra)
+        left = np.flatnonzero(~near)
+        near[left] = self._pairs_in_clouds(q[left], self.world.margin + extra) >= 0
+        return near
 
     def distances_in(
         self, rotation: Floats, position: Floats, rows: Ints, pairs: Ints, enough: Floats | float = np.inf
@@ -129,9 +173,29 @@ class _Placed:
     def distance(self, pair: int) -> float:
         """Return the distance (m) of a numbered pair."""
         a, b = self._checker.world.items_of(pair)
+        if isinstance(self._checker.world.items[b].shape, Points):
+            return self._distance_to_cloud(a, b)
         one, other = self._checker._distance_geometry(a), self._checker._distance_geometry(b)
         result = coal.DistanceResult()
         return coal.distance(one, self._at(a), other, self._at(b), self._checker._request, result)
+
+    def _distance_to_cloud(self, a: int, b: int) -> float:
+        """Return the distance (m) of a body and a cloud, from a few samples and all that may be nearer."""
+        cloud, checker = self._checker.world.items[b].shape, self._checker
+        assert isinstance(cloud, Points)
+        at = self._at(b).inverse() * self._at(a)
+        turn, shift = np.array(at.getRotation())[None], np.array(at.getTranslation())[None]
+        low, high = bounding_box(checker.world.items[a].shape)
+        some = cloud.tree.query(turn[0] @ (0.5 * (low + high)) + shift[0], min(_NEAREST, len(cloud.vertices)))[1]
+        distance = np.inf
+        for _ in range(2):
+            samples = _tree_of_points(cloud.vertices[np.atleast_1d(some)], coal.BVHModelOBBRSS)
+            body, here, result = checker._distance_geometry(a), coal.Transform3s.Identity(), coal.DistanceResult()
+            distance = min(distance, coal.distance(body, at, samples, here, checker._request, result))
+            some = samples_in_boxes(cloud, low, high, turn, shift, max(distance, 0.0) + _ERROR)[1]
+            if distance <= 0.0 or not len(some):
+                break
+        return distance
 
     def _at(self, k: int) -> coal.Transform3s:
         bodies = self._checker.world.bodies
@@ -173,14 +237,21 @@ def _geometry(shape: Shape, tree: type[coal.BVHModelBase] = coal.BVHModelOBB) ->
         case Capsule(radius, length):
             return coal.Capsule(radius, length)
         case Mesh():
-            solid = widen_triangles(shape)
-            vertices, triangles = np.array(solid.vertices), np.array(solid.triangles)
-            mesh = tree()
-            mesh.beginModel(len(triangles), len(vertices))
-            mesh.addVertices(_thicken_flat_mesh(vertices, triangles))
-            mesh.addTriangles(triangles)
-            mesh.endModel()
-            return mesh
+            return _tree_of_triangles(widen_triangles(shape), tree)
+
+
+def _tree_of_points(points: Floats, tree: type[coal.BVHModelBase]) -> coal.CollisionGeometry:
+    return _tree_of_triangles(widen_points(points), tree)
+
+
+def _tree_of_triangles(solid: Mesh, tree: type[coal.BVHModelBase]) -> coal.CollisionGeometry:
+    vertices, triangles = np.array(solid.vertices), np.array(solid.triangles)
+    mesh = tree()
+    mesh.beginModel(len(triangles), len(vertices))
+    mesh.addVertices(_thicken_flat_mesh(vertices, triangles))
+    mesh.addTriangles(triangles)
+    mesh.endModel()
+    return mesh
 
 
 class CoalInTime:

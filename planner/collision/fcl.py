@@ -152,10 +152,11 @@ class FclChecker(CollisionChecker):
         return Boxes(self.world)
 
     def make_ready(self) -> None:
-        """Create every shape: at joint values of 0 no pair may be near."""
+        """Create every shape that is no cloud: at joint values of 0 no pair may be near."""
         with self._alone:
-            for k in range(len(self.world.items)):
-                self._object(k)
+            for k, item in enumerate(self.world.items):
+                if not isinstance(item.shape, Points):
+                    self._object(k)
         super().make_ready()
 
     def first_touch(self, q: Floats) -> tuple[int, Contact] | None:

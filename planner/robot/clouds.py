@@ -19,7 +19,7 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import KDTree
 
-from planner.base.arrays import Bools, Floats, Ints, frozen, numbers, placement, plain_numbers
+from planner.base.arrays import Bools, Floats, Ints, column_bounds, frozen, numbers, placement, plain_numbers
 from planner.base.errors import Note, SceneError
 from planner.base.yamlfile import FARTHEST
 from planner.native.compiled import group_rows
@@ -81,8 +81,8 @@ class Points(Seen):
         is_estimated: bool = False,
     ) -> None:
         given = plain_numbers("Points.xyz", xyz, SceneError)
-        finite = np.isfinite(given).all(axis=-1) if given.ndim == 2 else np.ones(len(given), dtype=bool)
-        points = numbers("Points.xyz", given if finite.all() else given[finite], ("n", 3), SceneError, FARTHEST)
+        finite = given if np.isfinite(given).all() or given.ndim != 2 else given[np.isfinite(given).all(axis=1)]
+        points = numbers("Points.xyz", finite, ("n", 3), SceneError, FARTHEST)
         if not len(points):
             raise SceneError("Points.xyz must hold a finite point, got none.")
         first = group_rows(np.ascontiguousarray(points), 0.0)[0]
@@ -107,6 +107,11 @@ class Points(Seen):
         """A degenerate triangle (n, 3) for each sample."""
         return frozen(np.repeat(np.arange(len(self.vertices)), 3).reshape(-1, 3), np.int64)
 
+    @cached_property
+    def tree(self) -> KDTree:
+        """The samples in a tree for searches."""
+        return _tree_of(self.vertices)
+
     def content(self) -> list[Any]:
         return [type(self).__name__, self.vertices, self.radius]
 
@@ -124,7 +129,7 @@ class Points(Seen):
         Points in one grid cell, whose diagonal is the balls' diameter, are connected.
         """
         first = group_rows(self.vertices, 2.0 * self.radius / np.sqrt(3.0))[0]
-        near = KDTree(self.vertices[first]).query_pairs(2.0 * self.radius, output_type="ndarray")
+        near = _tree_of(self.vertices[first]).query_pairs(2.0 * self.radius, output_type="ndarray")
         graph = coo_array((np.ones(len(near)), near.T), shape=(len(first), len(first)))
         component = connected_components(graph, directed=False)[1]
         return frozen(self.vertices[first[np.unique(component, return_index=True)[1]]])
@@ -217,6 +222,10 @@ def _key(cloud: Points, placement: Floats) -> tuple[bytes, bytes, float]:
     return cloud.vertices.tobytes(), placement.tobytes(), cloud.radius
 
 
+def _tree_of(points: Floats) -> KDTree:
+    return KDTree(points, compact_nodes=False, balanced_tree=False)  # a balanced one takes three times as long
+
+
 def estimate_covering_radius(points: Floats) -> float:
     """Return an estimate (m) of the largest distance of a surface point from the samples (n, 3).
 
@@ -227,7 +236,7 @@ def estimate_covering_radius(points: Floats) -> float:
     if len(points) <= _NEIGHBOURS:
         raise SceneError(f"Points.radius must be given for {len(points)} points: an estimate needs at least 9.")
     some = points[:: max(1, len(points) // 20_000)]
-    distance = KDTree(points).query(some, k=_NEIGHBOURS + 1)[0][:, -1]
+    distance = _tree_of(points).query(some, k=_NEIGHBOURS + 1)[0][:, -1]
     return float(np.quantile(distance, _QUANTILE))
 
 
@@ -387,7 +396,7 @@ def notes_on_clouds(obstacles: Iterable[Obstacle]) -> tuple[Note, ...]:
     large = {
         item.object
         for item in items
-        if isinstance(item.shape, Points) and np.ptp(item.shape.vertices, axis=0).max() > _LARGE
+        if isinstance(item.shape, Points) and np.subtract(*column_bounds(item.shape.vertices)).min() < -_LARGE
     }
     hint = f". It is larger than {_LARGE:g} m: if its file is in millimetres, give scale: 0.001."
     return tuple(

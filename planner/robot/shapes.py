@@ -11,7 +11,7 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
-from planner.base.arrays import Floats, Ints, distinct_rows, frozen, indices, numbers, placement, product
+from planner.base.arrays import Floats, Ints, column_bounds, distinct_rows, frozen, indices, numbers, placement, product
 from planner.base.errors import SceneError
 from planner.base.yamlfile import FARTHEST, Size
 
@@ -202,7 +202,8 @@ def corners(shape: Shape) -> tuple[Floats, float]:
 def bounding_box(shape: Shape) -> tuple[Floats, Floats]:
     """Return the smallest and largest coordinates (3,) of a shape in its own frame."""
     points, radius = corners(shape)
-    return points.min(axis=0) - radius, points.max(axis=0) + radius
+    low, high = column_bounds(points)
+    return low - radius, high + radius
 
 
 def max_distance_from_origin(shape: Shape, placement: Floats) -> float:

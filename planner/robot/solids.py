@@ -8,7 +8,7 @@ import numpy as np
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
-from planner.base.arrays import Bools, Floats, Ints, distinct_rows, frozen
+from planner.base.arrays import Bools, Floats, Ints, column_bounds, distinct_rows, frozen
 from planner.robot.clouds import Points, Seen, Voxels
 from planner.robot.shapes import Box, Capsule, Cylinder, Mesh, Shape, Sphere
 
@@ -66,7 +66,7 @@ def _winding(corners: Floats, points: Floats) -> Floats:
 def solid_of(mesh: Mesh) -> Solid | None:
     """Return the closed components of ``mesh`` as a solid, or None without any."""
     if isinstance(mesh, Voxels):
-        low, high = mesh.vertices.min(axis=0), mesh.vertices.max(axis=0)
+        low, high = column_bounds(mesh.vertices)
         return CellSolid(mesh.vertices[mesh.triangles], frozen(low), frozen(high), mesh)
     if isinstance(mesh, Points):
         return None

@@ -12,6 +12,7 @@ from planner import Points, Robot, Voxels
 from planner.base.polynomials import evaluate
 from planner.collision import BACKENDS, make_checker
 from planner.collision.checker import is_free
+from planner.collision.coal import CoalChecker
 from planner.collision.edge_prover import EdgeProver, Verdict
 from planner.collision.self_filter import points_on_robot, without_robot
 from planner.kinematics.forward import Chain, joint_placements
@@ -89,6 +90,33 @@ def test_a_cell_exactly_on_the_boundary_of_margin_and_radius_is_never_proven_fre
         turns = EdgeProver(checker).prove(np.zeros((1, 2)), np.array([[0.0, 0.01]]))
         assert bool(turns.free[0]) == free
         assert is_free(checker, np.zeros(2)) == free
+
+
+@pytest.mark.parametrize("arm", ARMS)
+def test_coal_with_the_samples_near_each_body_equals_coal_with_every_ball(arm: str) -> None:
+    """Distances, contacts and stretches that a distance clears, of clouds that are near and far."""
+    rng, robot, counts = np.random.default_rng(1), load(arm), Counter[bool]()
+    for size in (0.05, 0.4, 0.4):
+        cloud, at = Points(rng.normal(0, size, (200, 3)) * [1, 1, 0.1], 0.02), random_pose(rng, ARMS[arm])
+        checker = CoalChecker(make_checker(robot, scene_of((cloud, at), (Box((0.1, 0.1, 0.1)), at))).world)
+        balls = scene_of(*((Sphere(cloud.radius), at @ pose(xyz)) for xyz in cloud.vertices))
+        q, bodies = rng.uniform(-2, 2, (20, robot.dof)), len(robot.bodies)
+        judge, pairs = CoalWorld(make_checker(robot, balls).world), 2 * np.arange(bodies)
+        gaps = np.array([judge.distances(row)[: 200 * bodies].reshape(bodies, 200).min(axis=1) for row in q])
+        mine = np.array([checker.gaps(row, pairs) for row in q])
+        assert np.abs(np.maximum(gaps, 0.0) - np.maximum(mine, 0.0)).max() < 1e-5
+        for apart in (0.0, 0.1):
+            every = np.zeros(checker.bound.native.pairs)
+            every[pairs] = apart
+            found = checker.near(q, every)
+            near, sure = (gaps < apart - 2e-5).any(axis=1), (gaps > apart + 2e-5).all(axis=1)
+            alone = CoalChecker(make_checker(robot, scene_of((Box((0.1, 0.1, 0.1)), at))).world).near(
+                q, 0.0 * every[:1]
+            )
+            assert (found | ~near).all()
+            assert (~found | ~sure | alone).all()
+            counts.update(found.tolist())
+    assert min(counts.values()) > 3
 
 
 def test_the_robots_own_points_are_left_out_and_no_others() -> None:
