@@ -12,11 +12,12 @@ import numpy as np
 
 from planner.base.arrays import Floats, Ints
 from planner.base.errors import StateError
-from planner.certificate.verify_proof import EXEMPT, FORMAT, PROVEN, Shape
-from planner.collision.bounding_volumes import hull_corners, hull_of
+from planner.certificate.verify_proof import EXEMPT, FORMAT, PROVEN, TERMS, Shape
+from planner.collision.bounding_volumes import hull_corners, hull_of, split_pieces
 from planner.collision.world import World
 from planner.kinematics.forward import Chain, tool_joint
 from planner.problem.targets import HOME, follow_names, joints_text
+from planner.robot.clouds import Points, Seen
 from planner.robot.shapes import Body, Cylinder, Mesh, Obstacle, corners
 
 Arrays = dict[str, Any]
@@ -56,6 +57,11 @@ def describe_world(world: World, cuts: Cuts = _UNCUT) -> dict[str, Any]:
         "tree": list(model.names)[1:],
         "items": [shape.name for shape in _convex_shapes(world, cuts)],
         "cuts": dict(cuts),
+        "clouds": {
+            name: {key: getattr(item.shape, key) for key in TERMS} | {"estimated": item.shape.is_estimated}
+            for name, item in zip(unique_names(world), world.items, strict=True)
+            if isinstance(item.shape, Points)
+        },
         "held": dict(robot.fixed_joints),
         "widened": not own,
         "rows": robot.jacobian_rows,
@@ -116,9 +122,12 @@ def _points(item: Body | Obstacle) -> tuple[Floats, float]:
 def _slabs(mesh: Mesh, count: int) -> list[Floats]:
     """Return points (k, 3) of ``count`` slabs of the mesh across its longest side, without empty slabs.
 
+    Of what a sensor saw, groups of its cells take their place.
     The extreme points of a closed mesh between two parallel planes are on the surface: the hulls of the slabs contain
     it.
     """
+    if isinstance(mesh, Seen):
+        return [hull_corners(mesh.cells[group].reshape(-1, 3)) for group in split_pieces(mesh, count)]
     corners_ = mesh.vertices[mesh.triangles]
     axis = int(np.ptp(corners_.reshape(-1, 3), axis=0).argmax())
     planes = np.linspace(corners_[..., axis].min(), corners_[..., axis].max(), count + 1)

@@ -67,7 +67,7 @@ import numpy as np
 Array = np.ndarray
 Data = dict[str, Any]
 Shape = tuple[Array, float, bool]  # points (k, 3), the radius around their convex hull, whether it is a cylinder
-FORMAT, MOST = 4, 1000.0  # rad, m, also velocities times seconds and so on: larger numbers are refused [1]
+FORMAT, MOST = 5, 1000.0  # rad, m, also velocities times seconds and so on: larger numbers are refused [1]
 TURNED = 2e-11  # largest error of a joint's rotation [6]
 OFF = 2e-11  # largest error of a polynomial [5] and its derivatives [11], as a share of the sum of its coefficients
 ROUNDED = 1.0 + 1e-12  # factor for the rounding of sums of products of non-negative numbers [7]
@@ -77,7 +77,8 @@ SAME, REACHED = 1e-8, 2e-6  # rad or m: tolerances of an end in joint values, an
 LIMIT = FORGIVEN = 1e-6  # tolerances: relative on limits of the motion, rad or m on positions
 PROVEN, EXEMPT, OPEN = range(3)  # a pair: apart; left out by the robot's files or the scene; no plane is known
 MOVING = ("revolute", "continuous", "prismatic")
-WORDS = {*"format robot scene joints tree items cuts held widened rows states identity".split(), "tool link"}  # noqa: SIM905
+WORDS = {*"format robot scene joints tree items cuts clouds held widened rows states identity".split(), "tool link"}  # noqa: SIM905
+TERMS = ("covering", "noise", "calibration")  # of the radius of points that a sensor saw, m; the first may be estimated
 KINDS, INTERPOLATED = ["velocity", "acceleration", "jerk"], ["lines", "cubics", "quintics"]
 # arrays of the file: names; type, shape (a name is one size in all arrays), least and largest value [1]
 LAYOUT: dict[str, tuple[str, tuple[int | str, ...], float, float]] = {
@@ -172,21 +173,20 @@ def require_sound(data: Data, meta: Data) -> None:
     require(np.append(data["joint"], data["carrier"]) <= tree, "an item or the tool has no joint.")
     require(data["leader"] < dof, "a joint follows one that is not planned.")
     steps = (data["prismatic"] > 0) | (data["factor"] % 1.0 != 0.0)  # the joint moves in a whole turn of its leader
-    require(
-        (data["wraps"][data["leader"]] == 0) | ~steps,
-        "a joint slides and turns, or follows one that turns in parts of turns.",
-    )
+    require((data["wraps"][data["leader"]] == 0) | ~steps, "a joint slides and turns, or follows in parts of turns.")
     require(np.abs(np.linalg.norm(data["axis"], axis=1) - 1.0) <= 1e-13, "a joint's axis is no unit vector.")
     require(((count == 2) | (data["cylinder"] == 0)) & (count.sum() == len(data["points"])), "an item is no shape.")
     require(len(data["clock"]) != 1 and (np.diff(data["clock"]) > 0).all(), "times do not increase.")
+    for name, terms in meta["clouds"].items():
+        own = [k for k, item in enumerate(meta["items"]) if item.partition(", slab ")[0] == name]
+        same = len(own) > 0 and (data["radius"][own] == sum(terms[key] for key in TERMS)).all()
+        require(same and min(terms.values()) >= 0, f"the radius of {name!r} is not the sum of its terms.")
 
 
 def require_same_files(data: Data, meta: Data, folder: Path) -> Data:
     """Return plan.json; require its path and the motion of trajectory.json, number by number."""
-    plan, beside = (
-        json.loads((folder / "plan.json").read_bytes(), object_pairs_hook=reject_duplicates),
-        folder / "trajectory.json",
-    )
+    plan = json.loads((folder / "plan.json").read_bytes(), object_pairs_hook=reject_duplicates)
+    beside = folder / "trajectory.json"
     for key, own in (*((key, meta[key]) for key in ("robot", "scene", "joints")), ("path", data["path"].tolist())):
         require(plan[key] == own, f"plan.json is of another {key}.")
     require(data["margin"] >= plan["config"]["margin"], "plan.json asks for a larger margin.")
@@ -214,9 +214,8 @@ def require_ends(data: Data, meta: Data, plan: Data) -> str:
         offs = [end_error(data, q, each) for each in texts]
         require(not offs or not all(off > 1.0 for off in offs), f"the path's {end} is not {text!r}.")
         met = [each for each, off in zip(texts, offs, strict=True) if off <= 1.0]
-        sentences.append(
-            f"Its {end} is {text!r}, {met[0]!r}." if met else f"Whether its {end} is {text!r} is not judged."
-        )
+        reached = f"Its {end} is {text!r}, {met[0]!r}." if met else f"Whether its {end} is {text!r} is not judged."
+        sentences.append(reached)
     return " ".join(sentences)
 
 
@@ -572,6 +571,7 @@ def describe(data: Data, meta: Data, rounding: float, judged: list[str], ends: s
     quoted += ["limits on position that are not those of the robot's files"] * bool(meta["widened"])
     quoted += [f"joint {name!r} held at {value!r}" for name, value in meta["held"].items()]
     quoted += [f"mesh {name!r} cut into {count!r} slabs" for name, count in meta["cuts"].items()]
+    quoted += [f"the radius of {name!r} as a sum of {terms!r}" for name, terms in meta["clouds"].items()]
     quoted += [f"obstacle {name!r}" for name, joint in zip(bodies, data["joint"], strict=True) if joint < 0]
     quoted += [f"state {name!r}" for name in meta["states"]]
     motion = f" and of the motion of {np.ptp(data['clock']) / 1e9:g} s" if judged else ""

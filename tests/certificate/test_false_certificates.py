@@ -17,6 +17,7 @@ from planner.certificate.verify_proof import Refused
 from planner.collision import make_checker
 from planner.collision.checker import CollisionChecker
 from planner.kinematics.forward import tool_positions
+from planner.robot.clouds import Points
 from planner.robot.poses import pose
 from planner.robot.robot import Robot
 from planner.robot.shapes import Box, Cylinder
@@ -49,6 +50,26 @@ def test_a_disc_so_thin_that_its_length_squared_is_no_number(tmp_path: Path) -> 
         data["points"][-2:] = [[tip + 0.9 + away, 0.0, 0.0], [tip + 0.9 + away, length, 0.0]]
         data["normal"][data["pair"] < len(data["pairs"])] = [1.0, 0.0, 0.0]
         assert bool(case.accepts(data, case.meta)) == accepted
+
+
+def test_the_radius_of_a_cloud_is_the_sum_of_its_terms(tmp_path: Path) -> None:
+    """Samples on both sides of the arm, in groups, each with the whole radius."""
+    at = np.linspace(0.7, 0.9, 5)
+    xyz = np.concatenate([np.column_stack([at, 0 * at + y, 0 * at]) for y in (-0.3, 0.3)])
+    checker = make_checker(load("planar_2r"), scene_of((Points(xyz, 0.02, noise=0.003, calibration=0.001), pose())))
+    case = case_of(tmp_path, checker, np.array([[0.0, 0.0], [0.05, 0.0]]))
+    assert case.meta["cuts"] == {"thing0": 8}
+    terms = case.meta["clouds"]["thing0"]
+    assert terms == {"covering": 0.02, "noise": 0.003, "calibration": 0.001, "estimated": False}
+    said = case.accepts(case.data, {**case.meta, "clouds": {"thing0": {**terms, "estimated": True}}})
+    assert said is not None
+    assert "the radius of 'thing0' as a sum of {'calibration': 0.001, 'covering': 0.02" in said
+    false = [{"covering": 0.05}, {"noise": 0.0}, {"covering": 0.024, "noise": -0.001}, {"calibration": float("nan")}]
+    for change in false:
+        assert case.accepts(case.data, {**case.meta, "clouds": {"thing0": {**terms, **change}}}) is None
+    assert case.accepts(case.data, {**case.meta, "clouds": {"another": terms}}) is None
+    data = {**case.data, "radius": np.where(case.data["radius"] == 0.024, 0.02, case.data["radius"])}
+    assert case.accepts(data, case.meta) is None
 
 
 def edited(change: Callable[[Any], object]) -> Callable[[str], str]:
