@@ -151,8 +151,8 @@ def _robot_limits(robot: Robot) -> MotionLimits:
         own = [_robot_limits(part) for part in robot.parts.values()]
         texts = [dict.fromkeys(each.source[kind] for each in own) for kind in KINDS]
         sources = [sorted(each, key=lambda text: not text.startswith("assumed")) for each in texts]
-        rows = (frozen(np.concatenate([getattr(each, kind) for each in own])) for kind in KINDS)
-        return MotionLimits(robot.joints, *rows, dict(zip(KINDS, map("; ".join, sources), strict=True)))
+        rows = {kind: frozen(np.concatenate([getattr(each, kind) for each in own])) for kind in KINDS}
+        return MotionLimits(robot.joints, **rows, source=dict(zip(KINDS, map("; ".join, sources), strict=True)))
     unknown = ~((robot.velocity > 0) & np.isfinite(robot.velocity))
     velocity, source_of_velocity = np.where(unknown, ASSUMED_VELOCITY, robot.velocity), "URDF"
     if unknown.any():
