@@ -76,7 +76,7 @@ def resolve(
         case ToolGoal() if several := _for_several_tools(target, checker):
             return _choose(_reach(several, checker.robot, role, starts, tolerance), checker, role, count, starts)
         case ToolGoal(conditions):
-            found = _spread(solve_conditions(conditions, checker, role, starts), checker.robot)
+            found = _spread(solve_conditions(conditions, checker, role, starts, tolerance), checker.robot)
             return _choose(found, checker, role, count, starts)
         case Position((x, y, z)) if checker.world.constraints:
             here = ToolGoal((BoxConstraint((x, y, z), (x, y, z), frame=target.frame),))
@@ -129,12 +129,16 @@ def resolve_as_is(target: Target, checker: CollisionChecker, states: Mapping[str
 
 
 def solve_conditions(
-    conditions: tuple[Condition, ...], checker: CollisionChecker, role: str, starts: Floats | None = None
+    conditions: tuple[Condition, ...],
+    checker: CollisionChecker,
+    role: str,
+    starts: Floats | None = None,
+    tolerance: inverse.Tolerance = inverse.TOLERANCE,
 ) -> Floats:
     """Return configurations (k, dof) across the set of those that meet ``conditions`` and constraints.
 
-    Seeds, and seeds around ``starts``, are projected, each to a depth of its own. :class:`StateError` if none meets
-    them.
+    Seeds, and seeds around ``starts``, are projected, each to a depth of its own. If none meets the conditions exactly,
+    those within the ``tolerance`` (m, rad) count, for an arm of few axes. :class:`StateError` if there are none.
     """
     robot, rng = checker.robot, np.random.default_rng(IK_SEED)
     if starts is not None:
@@ -145,10 +149,15 @@ def solve_conditions(
     if starts is not None:
         seeds = np.vstack([seeds, _seeds(robot, starts)])
     found, good = all_of_them.project(seeds, rng.random(len(seeds)), inverse.POSITION_TOLERANCE)
-    good &= checker.world.constraints.holds(found)
+    allowed = checker.world.constraints.holds(found)
+    good &= allowed
     if good.any():
         return robot.normalise(found[good])
     spare = all_of_them.slacks(found)
+    # a URDF with pi / 2 as 1.5708 has axes that are parallel to 4e-6 rad only: five joints then miss a direction by this
+    good = allowed & (spare >= [-tolerance[each.unit == "rad"] for each in all_of_them.conditions]).all(axis=1)
+    if good.any():
+        return robot.normalise(found[good])
     nearest = int(spare.min(axis=1).argmax())
     missed = all_of_them.conditions[int(spare[nearest].argmin())]
     raise StateError(

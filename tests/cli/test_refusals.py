@@ -56,7 +56,7 @@ IIWA = (
     "iiwa14_joint_5, iiwa14_joint_6, iiwa14_joint_7"
 )
 ROBOTS = (
-    "robots are iiwa14, kinova, panda, planar_2r, ur10, ur5, xarm7, z1, or give the path of a URDF "
+    "robots are iiwa14, kinova, panda, planar_2r, so101, ur10, ur5, xarm7, z1, or give the path of a URDF "
     "or of a robot.yaml ('planner robot-yaml' writes one), or a name of robot_descriptions, as "
     "panda_description"
 )
