@@ -154,7 +154,7 @@ def solve_conditions(
     if good.any():
         return robot.normalise(found[good])
     spare = all_of_them.slacks(found)
-    # a URDF with pi / 2 as 1.5708 has axes that are parallel to 4e-6 rad only: five joints then miss a direction by this
+    # pi / 2 written as 1.5708 in a URDF leaves axes 4e-6 rad off parallel: five joints miss a direction by this
     good = allowed & (spare >= [-tolerance[each.unit == "rad"] for each in all_of_them.conditions]).all(axis=1)
     if good.any():
         return robot.normalise(found[good])

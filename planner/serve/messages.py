@@ -67,7 +67,11 @@ class Now(Strict):
 
 
 class Check(Strict):
-    """Check a chunk of joint targets, see :class:`planner.Gate`; ``want`` adds results that take longer."""
+    """Check a chunk of joint targets, see :class:`planner.Gate`; ``want`` adds results that take longer.
+
+    ``at`` (s from now) adds the positions of the proven motion at these times: chunk, stop, rest. With "slower" wanted
+    they are those of the same path in more time, where it is proven.
+    """
 
     positions: Rows
     velocities: Rows | None = None
@@ -75,7 +79,8 @@ class Check(Strict):
     times: list[Number]
     state: Now | None = None
     stop: bool = True
-    want: tuple[Literal["stop", "clearance"], ...] = ()
+    want: tuple[Literal["stop", "clearance", "slower"], ...] = ()
+    at: tuple[Number, ...] = ()
 
 
 class Move(PoseFile):

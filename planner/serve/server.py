@@ -255,6 +255,8 @@ class Connection:
             "robot": world.robot.name,
             "scene": world.scene.name,
             "joints": list(world.robot.joints),
+            "lower": [_finite(value) for value in world.robot.lower],
+            "upper": [_finite(value) for value in world.robot.upper],
             **gate.to_dict(),
             "obstacles": [item.name for item in world.scene.obstacles],
             "carried": [item.name for item in world.scene.carried],
@@ -324,7 +326,18 @@ def _check(gate: Gate, asked: ask.Check) -> dict[str, Any]:
         found["stop"] = _record(verdict.stop, gate)
     if "clearance" in asked.want:
         found["clearance"] = verdict.clearance
+    slower = verdict.slower if "slower" in asked.want else None
+    if "slower" in asked.want:
+        found["time_scale"] = 1.0 if slower is None else verdict.time_scale
+    if asked.at:
+        motion = slower or verdict
+        found["positions"] = None if motion.stop is None else motion.positions_at(asked.at).tolist()
     return found
+
+
+def _finite(value: float) -> float | None:
+    """Return the number, None for infinity, which JSON lacks."""
+    return float(value) if np.isfinite(value) else None
 
 
 def _texts(said: Iterable[Note]) -> list[str]:

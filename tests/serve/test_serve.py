@@ -59,6 +59,32 @@ def test_a_check_is_the_gates_verdict(client: Client) -> None:
     assert "post" in blocked["reason"]["text"]
 
 
+def test_a_check_gives_positions_of_the_proven_motion_and_of_the_slower_one(client: Client) -> None:
+    """The gate of this process says the same."""
+    client.ask("load", robot="planar_2r", scene="empty")
+    gate, times, at = Gate("planar_2r", "empty"), [0.1, 0.2], [0.05, 0.1, 0.3, 2.0]
+    robot = gate.robot
+    for fast, wanted in ((0.1, []), (2.0, []), (2.0, ["slower"])):
+        rows = [[fast * t * robot.velocity[0], 0.0] for t in times]
+        state = {"q": [0.0, 0.0], "qd": [0.0, 0.0]}
+        found = client.ask("check", positions=rows, times=times, state=state, at=at, want=wanted)
+        verdict = gate.check(rows, times=times, state=([0.0, 0.0], [0.0, 0.0]))
+        motion = verdict.slower if wanted else verdict
+        assert motion is not None
+        assert found["safe"] is (fast < 1.0)
+        assert found["positions"] == motion.positions_at(at).tolist()
+        assert found.get("time_scale") == (verdict.time_scale if wanted else None)
+    assert "positions" not in client.ask("check", positions=rows, times=times, state=state)
+
+
+def test_a_load_answers_the_joint_limits(client: Client) -> None:
+    loaded = client.ask("load", robot="kinova", scene="empty")
+    robot = Gate("kinova", "empty").robot
+    for name in ("lower", "upper"):
+        limits = getattr(robot, name)
+        assert loaded[name] == [float(value) if np.isfinite(value) else None for value in limits]
+
+
 def test_a_plan_is_the_sessions_with_progress_before_it(client: Client) -> None:
     found = client.ask("plan", start=[0.3, 0.4], goal="q:1.2,-0.8")
     session = Session("planar_2r", "empty", nodes=60)
