@@ -2,10 +2,11 @@
 # pyright: reportMissingImports=false
 
 import sys
+import threading
 from collections.abc import Sequence
 
-from planner.base.errors import InstallationError, PlannerError, require_extra
-from planner.base.interrupts import write_message
+from planner.base.errors import InstallationError, OptionError, PlannerError, require_extra
+from planner.base.interrupts import catch_signals, write_message
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -15,26 +16,32 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except InstallationError as error:
         write_message(f"{str(error).rstrip('.')} on Python 3.11, or source the setup file of ROS 2 first.")
         return error.exit_code
-    from rclpy.executors import ExternalShutdownException, MultiThreadedExecutor
+    from rclpy.executors import MultiThreadedExecutor
+    from rclpy.signals import SignalHandlerOptions
 
     from planner.ros.node import PlannerNode
 
-    node = None
-    try:
-        rclpy.init(args=arguments)
-        node = PlannerNode()
-        executor = MultiThreadedExecutor(4)
+    asked = threading.Event()
+    with catch_signals(asked, "left without waiting for a plan."):
+        try:
+            rclpy.init(args=arguments, signal_handler_options=SignalHandlerOptions.NO)
+            node, executor = PlannerNode(), MultiThreadedExecutor(4)
+        except PlannerError as error:
+            write_message(str(error))
+            return error.exit_code
+        except RuntimeError as error:  # of arguments that ROS cannot read
+            write_message(" ".join(str(error).split()))
+            return OptionError.exit_code
         executor.add_node(node)
-        executor.spin()
-    except (KeyboardInterrupt, ExternalShutdownException):
-        pass
-    except PlannerError as error:
-        write_message(str(error))
-        return error.exit_code
-    finally:
-        if node is not None:
-            node.close()
-        rclpy.try_shutdown()
+        thread = threading.Thread(target=executor.spin, name="executor")
+        thread.start()
+        while not asked.wait(0.5):
+            pass
+        node.close()
+        executor.shutdown()
+        thread.join()
+        node.destroy_node()
+        rclpy.shutdown()
     return 0
 
 

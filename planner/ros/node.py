@@ -74,7 +74,7 @@ class PlannerNode(Node):
         self._given = {name: self._read(name, *what) for name, what in PARAMETERS.items()}
         if self._given["on_unsafe"] not in ("stop", "slow"):
             raise OptionError(f"on_unsafe must be stop or slow, got '{self._given['on_unsafe']}': choose one.")
-        PlanRequest.from_options(beta=self._given["beta"])  # its range
+        PlanRequest.from_options(beta=self._given["beta"], margin=self._given["margin"])  # their ranges
         self._out = self.create_publisher(JointTrajectory, self._given["controller"], _LAST)
         self._reasons = self.create_publisher(String, "~/reason", 10)
         self._plans = self.create_publisher(JointTrajectory, "~/planned", _KEPT)
@@ -91,8 +91,13 @@ class PlannerNode(Node):
         else:
             self._listen(String, "robot_description", self._take_description, _KEPT, slow)
 
+    @property
+    def is_ready(self) -> bool:
+        """Whether the robot is known."""
+        return self._world is not None
+
     def close(self) -> None:
-        """End a running plan soon, and log what the gate has decided."""
+        """End a running plan soon."""
         if self._world is not None:
             self._world[1].close()
 
@@ -133,7 +138,7 @@ class PlannerNode(Node):
     def _open(self, robot: str | Robot) -> None:
         """Open the world; messages that need it were refused before."""
         tool = self._given["tool"] or None if isinstance(robot, str) else None
-        world = LiveWorld(WorldRequest(robot, self._given["scene"], tool, margin=self._given["margin"]))
+        world = LiveWorld(WorldRequest(robot, self._given["scene"], tool=tool, margin=self._given["margin"]))
         gate, session = Gate(world), Session(world)
         self._world = gate, session
         self.get_logger().info(f"{world.robot.name} in {world.scene.name}: ready for goals and chunks")

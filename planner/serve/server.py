@@ -246,7 +246,7 @@ class Connection:
             _require_models(paths, self._allow_xacro)
         constraint, floor = read_conditions(asked.constraint), asked.min_manipulability
         world = LiveWorld(
-            WorldRequest(asked.robot, asked.scene, asked.tool, margin=asked.margin, constraint=constraint)
+            WorldRequest(asked.robot, asked.scene, tool=asked.tool, margin=asked.margin, constraint=constraint)
         )
         gate = Gate(world, limits=asked.limits, judged=asked.judged, min_manipulability=floor)
         _go_on(progress.stopped)

@@ -68,7 +68,7 @@ class Gate:
             constraints = read_conditions(constraint)
             there = EMPTY if scene is None else scene
             self.world = LiveWorld(
-                WorldRequest(robot, there, tool, collision=collision, margin=margin, constraint=constraints)
+                WorldRequest(robot, there, tool=tool, collision=collision, margin=margin, constraint=constraints)
             )
         given = limits if isinstance(limits, MotionLimits) else MotionLimits.from_robot(self.world.robot, limits)
         self.limits: MotionLimits = limits_or_default(given, self.world.robot)

@@ -1,8 +1,13 @@
 """The ROS 2 node in one process with its users: a robot that reports its state, a person, a policy, a camera."""
 
+import ast
 import re
+import signal
+import subprocess
+import sys
 import time
 from collections.abc import Callable, Iterator
+from pathlib import Path
 from threading import Thread
 from typing import Any
 
@@ -24,10 +29,12 @@ from visualization_msgs.msg import MarkerArray
 
 import planner
 from planner.base.arrays import Floats
-from planner.ros.node import PlannerNode
+from planner.ros.node import PARAMETERS, PlannerNode
 from tests.controller import Point, follow
 
 KEPT = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+ROOT = Path(__file__).resolve().parents[2]
+PLANAR = ROOT / "robots" / "planar_2r"
 ROBOT = planner.Robot.load("panda")
 START = np.array([0.0, 0.0, 0.0, -1.571, 0.0, 1.571, 0.785])
 BOARD = np.array([0.0, 1.2, 0.0, -0.6, 0.0, 1.571, 0.785])  # towards the shelf
@@ -37,7 +44,7 @@ class Cell:
     """A node of the planner in a namespace of its own, and a node that talks to it and remembers what it hears."""
 
     def __init__(self, name: str, **parameters: Any) -> None:
-        self.q, self.qd, self.joints = START, np.zeros(7), ROBOT.joints
+        self.q, self.qd, self.joints = START, 0 * START, ROBOT.joints
         self.heard: dict[str, list[Any]] = {"trajectory": [], "planned": [], "markers": [], "reason": []}
         self.executor, self.senders = MultiThreadedExecutor(4), dict[str, Any]()
         given = [Parameter(key, value=value) for key, value in parameters.items()]
@@ -261,7 +268,7 @@ def test_a_cloud_in_the_way_stops_the_motion_under_way(cell: Cell) -> None:
     wait(lambda: len(cell.heard["trajectory"]) > before)
     stop = cell.heard["trajectory"][-1]
     scene = planner.Scene.load("shelf")
-    seen = (planner.Obstacle("seen", planner.Points(near)), *scene.obstacles)
+    seen = (planner.Obstacle("seen", planner.Points(near), np.eye(4)), *scene.obstacles)
     positions = play(stop, [rows[0], (goal - START) / 5.0])
     assert is_free(positions[1:], planner.Scene(name="with the cloud", obstacles=seen))
     assert np.abs(positions[-1] - goal).max() > 0.1
@@ -305,3 +312,61 @@ def test_bad_input_gets_a_sentence_and_the_node_goes_on(cell: Cell, name: str) -
     assert "\n" not in reason
     assert len(cell.heard["trajectory"]) == before
     cell.ask("planner/proposed", make_chunk([START[None]], np.ones(1)), "trajectory")
+
+
+def test_the_robot_may_come_as_a_description(ros: None) -> None:
+    cell = Cell("described", tool="link_2")
+    try:
+        cell.joints, cell.q, cell.qd = ("joint_1", "joint_2"), np.array([0.1, 0.2]), np.zeros(2)
+        goal = make_state(cell.joints, np.array([1.0, 0.5]))
+        assert "robot must come first" in cell.ask("planner/goal_joints", goal, "reason").data
+        assert "URDF" in cell.ask("robot_description", String(data="<robot"), "reason", KEPT).data
+        cell.send("robot_description", String(data=(PLANAR / "planar_2r.urdf").read_text()), KEPT)
+        wait(lambda: cell.planner.is_ready)
+        time.sleep(0.1)
+        planned = cell.ask("planner/goal_joints", goal, "planned")
+        assert np.allclose(read(planned)[-1][1][0], [1.0, 0.5])
+        at = planner.Robot.load("planar_2r", tool="link_2").fk([1.0, 0.5])[:3, 3]
+        wait(lambda: bool(cell.heard["markers"]))
+        last = cell.heard["markers"][-1].markers[0].points[-1]
+        assert np.allclose([last.x, last.y, last.z], at)
+    finally:
+        cell.close()
+
+
+def start(*parameters: str) -> subprocess.Popen[str]:
+    command = [sys.executable, "-m", "planner.ros", "--ros-args", *parameters]
+    return subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+
+
+def test_unusable_parameters_end_the_node_with_a_sentence() -> None:
+    cases = {
+        ("-p", "margin:=-1.0"): (2, "margin must be"),
+        ("-p", "margin:=1"): (2, "margin must be a number with a point"),
+        ("-p", "on_unsafe:=wait"): (2, "on_unsafe must be stop or slow"),
+        ("-p", "robot:=nothing"): (3, "robot 'nothing' not found"),
+        ("-p",): (2, "Couldn't parse"),
+    }
+    for process, (code, sentence) in zip([start(*case) for case in cases], cases.values(), strict=True):
+        output, _ = process.communicate(timeout=60)
+        assert process.returncode == code
+        assert "Traceback" not in output
+        assert sentence in output.splitlines()[-1]
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_a_signal_ends_the_node_cleanly(number: int) -> None:
+    process = start("-p", "robot:=planar_2r", "-r", f"__ns:=/signal_{number}")
+    assert process.stdout is not None
+    lines = iter(process.stdout.readline, "")
+    assert any("ready" in line for line in lines)
+    process.send_signal(number)
+    rest = list(lines)
+    assert (process.wait(20), rest) == (0, [])
+
+
+def test_the_launch_file_names_parameters_and_topics_of_the_node() -> None:
+    text = (ROOT / "docs" / "howto" / "planner.launch.py").read_text()
+    compile(text, "planner.launch.py", "exec")
+    given = next(node for node in ast.walk(ast.parse(text)) if isinstance(node, ast.Dict))
+    assert {key.value for key in given.keys if isinstance(key, ast.Constant)} <= set(PARAMETERS)

@@ -43,6 +43,10 @@ def client(address: str) -> Iterator[Client]:
         yield one
 
 
+def test_a_tool_can_be_loaded(client: Client) -> None:
+    assert client.ask("load", **PLANAR, tool="link_1")["robot"] == "planar_2r"
+
+
 def test_a_check_is_the_gates_verdict(client: Client) -> None:
     q, times = np.array(CHUNK["positions"]), np.array(CHUNK["times"])
     chunk = {**CHUNK, "state": {"q": [0.0, 0.0], "qd": [0.0, 0.0]}, "want": ["stop", "clearance"]}

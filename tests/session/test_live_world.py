@@ -99,6 +99,11 @@ def change_at_random(live: LiveWorld, rng: np.random.Generator) -> None:
                 live.move(str(rng.choice(names)), place)
 
 
+def test_a_gate_and_a_session_take_another_tool() -> None:
+    assert Gate("planar_2r", None, tool="link_1").robot.tool == "link_1"
+    assert Session("planar_2r", None, tool="link_1", nodes=4).robot.tool == "link_1"
+
+
 def test_dicts_and_matrices_are_taken_as_obstacles_and_poses() -> None:
     session, one = Session("planar_2r", None, nodes=4), pose([0.0, 0.0, 3.0], rpy=[0.1, 0.2, 0.3])
     assert session.scene.name == Gate("planar_2r", None).scene.name == "empty"
