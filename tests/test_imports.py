@@ -54,7 +54,7 @@ DOORS = {
         "benchmarks.others.ompl",
     },
     "fcl": {"planner.collision.fcl"},
-    "coal": {"planner.robot.files.urdf_geometry", "planner.collision.coal"},
+    "coal": {"planner.robot.files.urdf_geometry", "planner.collision.coal", "benchmarks.clouds"},
     "meshcat": {"planner.view.canvas"},
     "umsgpack": {"planner.view.canvas"},
     "viser": {"planner.view.live"},
