@@ -17,7 +17,7 @@ from benchmarks.gate.chunks import KINDS, Chunk
 from planner.base.arrays import Floats
 from planner.collision.checker import CollisionChecker
 from planner.collision.coal import CoalChecker
-from planner.kinematics.forward import joint_placements
+from planner.kinematics.forward import Chain, joint_placements
 from planner.robot.robot import Robot
 from planner.robot.shapes import corners
 from planner.session.verdict import Verdict
@@ -25,6 +25,7 @@ from planner.trajectory.limits import MotionLimits
 
 LOOKS = 64e-3, 16e-3, 4e-3, 1e-3, 2.5e-4, 5e-5  # m that a point moves from one state to the next, of each look
 CLOSE = 1e-3  # m: states of such looks are put to both judges
+_APART = 5e-4  # m between two states of a contact that may end
 MEASURED = 8  # states whose distance is measured, for the climb
 
 
@@ -134,6 +135,25 @@ def states_on(curve: Spline, reach: Floats, apart: float) -> Floats:
     """States (n, dof) on a curve between which no point moves farther than ``apart`` (m)."""
     count = int(np.ceil(_fastest(curve, reach) * curve.seconds / apart)) + 2
     return curve.at(np.linspace(0.0, curve.seconds, count))
+
+
+def states_apart(robot: Robot, curves: Sequence[Spline], link: str, left: float, box: Floats | None) -> Floats:
+    """States (n, dof) in which a link may not touch: after ``left`` s, or with a corner of it outside ``box`` (6,)."""
+    reach, found, chain = reach_of(robot), [np.zeros((0, robot.dof))], Chain.from_arm(robot)
+    for curve in curves:
+        count = int(np.ceil(_fastest(curve, reach) * curve.seconds / _APART)) + 2
+        t = np.linspace(0.0, curve.seconds, count)
+        q, out = curve.at(t), curve.begin + t > left
+        if box is not None:
+            rotation, position = joint_placements(chain, q)
+            for body in (body for body in robot.bodies if body.link == link):
+                points, radius = corners(body.shape)
+                points = points @ body.placement[:3, :3].T + body.placement[:3, 3]
+                there = rotation[body.joint] @ points.T + position[body.joint][..., None]
+                low, high = there.min(axis=2) - radius, there.max(axis=2) + radius
+                out = out | (low < box[:3]).any(axis=1) | (high > box[3:]).any(axis=1)
+        found.append(q[out])
+    return np.concatenate(found)
 
 
 @lru_cache(maxsize=8)

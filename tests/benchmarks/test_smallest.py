@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pytest
 
+from benchmarks.gate.false_stops import SITUATIONS
 from benchmarks.optimum import grid
 from tests.batch.posts import write_problem
 from tests.command_line import Run, assert_refused, command
@@ -74,8 +75,11 @@ def check_gabf(rows: Rows) -> None:
 
 
 def check_gate(rows: Rows) -> None:
-    assert [row["kind"] for row in rows] == ["lines", "cubics", "quintics"]
-    for row in rows:
+    assert [row["kind"] for row in rows[:3]] == ["lines", "cubics", "quintics"]
+    assert [(row["kind"], row["made"], row["accepted"]) for row in rows[3:]] == [
+        (name, "1", "1") for name in SITUATIONS
+    ]
+    for row in rows[:3]:
         assert (row["tries"], row["false"], row["beyond"]) == ("6", "0", "0")
         assert row["accepted_20"] == row["free_20"] <= row["free_5"]
 
@@ -126,7 +130,7 @@ SMALLEST: dict[str, tuple[str, Callable[[Rows], None]]] = {
         check_attack,
     ),
     "gabf": ("--sizes 60", check_gabf),
-    "gate": ("--chunks 3 --attack 6 --steps 4 --robots planar_2r", check_gate),
+    "gate": ("--chunks 3 --attack 6 --steps 4 --robots planar_2r --free 1 --clearances 2", check_gate),
     "roadmap": ("--robot planar_2r --scene paper --nodes 40 --queries 2", check_roadmap),
     "optimum": ("--nodes 60 --refinement-rounds 2 --betas 1 --seeds 0 --arms planar_2r", check_optimum),
     "tool-paths": ("--robots ur5 --scenes empty --kinds line --paths 1", check_tool_paths),

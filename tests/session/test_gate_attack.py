@@ -13,14 +13,16 @@ from benchmarks.gate.attack import Attack
 from planner.kinematics.forward import Chain, joint_placements
 from planner.robot.robot import Robot
 from planner.robot.shapes import corners
+from planner.session import verdict
 from planner.session.gate import Gate
+from planner.session.permissions import Permit
 from planner.session.reasons import Violation, Where
 from planner.session.verdict import Verdict
 from tests.worlds import load
 
 
-def attacked(robot: str, tries: int, seed: int = 1) -> Attack:
-    attack = Attack(load(robot))
+def attacked(robot: str, tries: int, seed: int = 1, aim: str = "safe") -> Attack:
+    attack = Attack(load(robot), aim=aim)
     attack.run(tries, np.random.default_rng(seed))
     return attack
 
@@ -30,6 +32,14 @@ def test_nothing_that_is_called_safe_touches_or_is_beyond_a_limit(robot: str, tr
     found = attacked(robot, tries).found
     assert (found.tries, found.false, found.beyond) == (tries, [], 0)
     assert found.safe > tries // 10
+    assert found.least < 0.02
+
+
+@pytest.mark.parametrize(("aim", "tries"), [("allowed", 60), ("slowed", 90)])
+def test_nothing_touches_beyond_an_allowed_contact_or_slowed(aim: str, tries: int) -> None:
+    found = attacked("planar_2r", tries, aim=aim).found
+    assert (found.tries, found.false, found.beyond) == (tries, [], 0)
+    assert (found.safe if aim == "allowed" else found.slowed) > tries // 10
     assert found.least < 0.02
 
 
@@ -86,6 +96,23 @@ def overlook(monkeypatch: pytest.MonkeyPatch, left_out: Callable[[Violation], bo
 def test_it_finds_what_is_not_proven(monkeypatch: pytest.MonkeyPatch, left_out: Where) -> None:
     overlook(monkeypatch, lambda reason: reason.on == left_out and reason.kind != "limit")
     assert any(attacked("planar_2r", 36, seed).found.false for seed in range(1, 5))
+
+
+def test_it_finds_contacts_that_are_not_allowed(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(Permit, "first_broken", lambda *_: None)
+    assert any(attacked("planar_2r", 36, seed, "allowed").found.false for seed in range(1, 5))
+
+
+def test_it_finds_slowed_chunks_that_touch(monkeypatch: pytest.MonkeyPatch) -> None:
+    judge_chunk = verdict.judge_chunk
+
+    def overlook_stops(*asked: Any) -> Verdict:
+        found = judge_chunk(*asked)
+        is_stop = found.reason is not None and found.reason.on == "stop"
+        return replace(found, safe=True, reason=None, first_bad=None) if is_stop else found
+
+    monkeypatch.setattr(verdict, "judge_chunk", overlook_stops)
+    assert any(attacked("planar_2r", 36, seed, "slowed").found.false for seed in range(1, 5))
 
 
 def test_it_finds_limits_that_are_not_kept(monkeypatch: pytest.MonkeyPatch) -> None:
