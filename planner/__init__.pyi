@@ -4,6 +4,7 @@ from .base.errors import PlannerError as PlannerError
 from .base.errors import Reason as Reason
 from .base.progress import Progress as Progress
 from .base.resources import __version__ as __version__
+from .cells.planner import CellPlanner as CellPlanner
 from .collision import make_checker as make_checker
 from .collision.checker import CollisionChecker as CollisionChecker
 from .gabf.path import paths_from as paths_from

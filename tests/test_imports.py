@@ -27,7 +27,7 @@ FLOORS: tuple[tuple[str, ...], ...] = (
     ("tradeoff",),
     ("tasks",),
     ("session",),
-    ("view.live", "figures"),
+    ("view.live", "figures", "cells"),
     ("batch", "serve", "ros"),
     ("cli",),
     ("", "__main__"),  # the package's lazy list of public names

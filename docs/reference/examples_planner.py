@@ -27,6 +27,15 @@ cell = planner.Cell(
     },
 )
 plan = planner.plan(cell=cell, start={"left": [0.8, 0.4]}, goal={"left": [-0.8, -0.4]}, nodes=50)
+# --- CellPlanner ---
+import planner
+
+arms = {
+    "left": planner.Robot.load("planar_2r"),
+    "right": planner.Robot.load("planar_2r", base=planner.pose([1.5, 0, 0], rpy=[0, 0, 3.1416])),
+}
+cell_planner = planner.CellPlanner(planner.Cell("bench", arms), nodes=50)
+plan = cell_planner.plan({"left": [0.8, 0.4], "right": [0.8, 0.4]}, {"left": [-0.8, -0.4]})
 # --- CollisionChecker ---
 import planner
 

@@ -101,10 +101,13 @@ def _command(name: str) -> Any:
 def merge_options(words: Sequence[str]) -> list[str]:
     """Return the words with all ``--goal`` joined at the first one, and all ``--constraint`` too.
 
+    With ``--cell`` also all ``--start``.
     Raises :class:`OptionError` for another option that is given twice, as the parser would take the last one, and for
     an empty word, as an empty folder would be the shell's own.
     """
     out: list[str] = []
+    cell = any(word == "--cell" or word.startswith("--cell=") for word in words)
+    several = (*_SEVERAL, "--start") if cell else _SEVERAL
     at: dict[str, int] = {}  # where the value of an option stands in ``out``
     waiting = iter(words)
     for word in waiting:
@@ -112,16 +115,16 @@ def merge_options(words: Sequence[str]) -> list[str]:
         option = option.replace("_", "-")
         if not option.startswith("--"):
             option = ""
-        elif option in _SEVERAL and not equals:
+        elif option in several and not equals:
             value = next(waiting, None)
         if not word or (option and equals and not value):
             raise OptionError(f"{option or 'an argument'} must have a value, got an empty text: leave it out.")
-        if option in at and option not in _SEVERAL:
+        if option in at and option not in several:
             raise OptionError(f"{option} must be given once, got it twice: remove one.")
         if option in at and value:
             out[at[option]] += AND + value
             continue
         if option:
             at[option] = len(out) + 1
-        out += [option, value] if option in _SEVERAL and value is not None else [word]
+        out += [option, value] if option in several and value is not None else [word]
     return out

@@ -89,6 +89,9 @@ class PlanOutput(FollowOutput):
     """Files and messages."""
 
     certificate: Annotated[bool, Doc("Write proof.npz for 'planner verify', which trusts no planner.")] = False
+    in_turn: Annotated[
+        bool, Doc("For a cell: a roadmap of each robot, and a search for who moves when, in place of one roadmap.")
+    ] = False
 
 
 def run_and_save(
@@ -134,7 +137,7 @@ def seconds_text(seconds: dict[str, float], verbose: bool) -> str:
 
 
 def _files(result: Result[Any], place: Path) -> str:
-    return ", ".join(str(place / name) for name in result.FILES if (place / name).exists())
+    return ", ".join(str(place / name) for name in result.files(place) if (place / name).exists())
 
 
 def record_of_plan(folder: Path) -> dict[str, Any]:

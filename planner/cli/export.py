@@ -48,6 +48,8 @@ def export(
     if beta is not None:
         trajectory, notes = _motion_at(folder, beta)
         stem = trajectory.stem
+    elif os.path.isfile(trajectory) and trajectory.suffix == ".json":
+        stem = trajectory.stem  # of one robot of a cell, or of a sweep
     elif os.path.isfile(trajectory / SWEEP_NAME) and not os.path.isfile(trajectory / TRAJECTORY_NAME):
         raise FileError(f"{trajectory} must be a plan or have a beta, got a sweep: give --beta.")
     place = out or folder / f"{stem}-{format}.{formats.SUFFIX[format]}"

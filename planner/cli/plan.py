@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 import tyro
 from typing_extensions import Doc
 
+from planner.base.errors import OptionError
 from planner.cli.common import (
     Debug,
     FollowOutput,
@@ -57,15 +58,22 @@ def plan(
 
     The path keeps away from obstacles and singular configurations, and becomes a motion in time; both are proven free.
     STATE is a name from the scene, home, q:0.1,-0.4,... (rad), xyz:x,y,z (m), pose:x,y,z,qx,qy,qz,qw, or conditions
-    joined by &. Writes plan.json, plan.html, roadmap.npz and trajectory.json. Exit codes: 0 solved, 2 wrong
+    joined by &; in a cell ROBOT:STATE, repeatable, and a robot without a goal stays. Writes plan.json, plan.html,
+    roadmap.npz and trajectory.json, of a cell also one of each robot. Exit codes: 0 solved, 2 wrong
     option, 3 unusable robot, scene, state or file, 4 no path, 130 interrupted.
     """
     timing = output.timing(limits)
+    if output.in_turn and problem.cell is None:
+        raise OptionError("--in-turn plans several robots: give --cell.")
     from planner.planning.plan import plan as find_plan
     from planner.tradeoff.sweep import add_alternatives
 
     def find(progress: Progress) -> Plan:
         request = PlanRequest(problem, quality)
+        if output.in_turn:
+            from planner.cells.planner import plan_in_turn
+
+            return plan_in_turn(request, timing, progress)
         return add_alternatives(find_plan(request=request, timing=timing, progress=progress), progress)
 
     return _save_plan(find, output, output.certificate)

@@ -1,5 +1,6 @@
 """``plan.json``: the record of a plan; types and docstrings are its schema, ``rows`` its table."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Annotated, Any, Self
 
@@ -17,6 +18,7 @@ from planner.robot.scene import Scene
 from planner.search.network import PathCost
 from planner.tool_paths.tool_motion import LegRecord, ToolPathRecord
 from planner.trajectory.measure import CLOSE, NOTHING_NEAR, TOO_CLOSE, TOO_CLOSE_TEXT, Nearest, dense_path, nearest_text
+from planner.trajectory.parts import busy_seconds
 from planner.trajectory.safe_intervals import TimedRoute
 from planner.trajectory.trajectory import Trajectory
 
@@ -156,6 +158,32 @@ class InTimeRecord(Record):
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
+class CellRecord(Record):
+    """Times of the robots of a cell, whose motions run on one clock."""
+
+    seconds: dict[str, float]
+    """until each robot rests, s"""
+    makespan: float
+    """until all robots rest, s"""
+    flowtime: float
+    """sum of the times of all robots, s"""
+
+    @classmethod
+    def from_trajectories(cls, motions: Mapping[str, Trajectory]) -> Self | None:
+        """Return the times of the motions by robot; None without any."""
+        seconds = {name: busy_seconds(motion) for name, motion in motions.items()}
+        if not seconds:
+            return None
+        return cls(seconds=seconds, makespan=max(seconds.values()), flowtime=sum(seconds.values()))
+
+    @property
+    def rows(self) -> Rows:
+        """The row of the table."""
+        each = ", ".join(f"{name} {seconds:.3f} s" for name, seconds in self.seconds.items())
+        return [("robots", f"{each}; all rest after {self.makespan:.3f} s, sum of times {self.flowtime:.3f} s")]
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
 class PlanRecord(RunRecord):
     """The content of plan.json of ``planner plan``; units rad, m and s."""
 
@@ -185,6 +213,8 @@ class PlanRecord(RunRecord):
     """of ``planner follow`` only"""
     legs: list[LegRecord] | None = None
     """tool lines of --retreat from the start and --approach to the goal"""
+    cell: CellRecord | None = None
+    """null for one robot, or without a motion"""
 
     @property
     def rows(self) -> Rows:
@@ -197,6 +227,7 @@ class PlanRecord(RunRecord):
         rows += [(leg.leg, leg.text(what)) for leg in self.legs or ()]
         if motion is not None:
             rows.append(("motion", motion.text(bool(self.manipulability and self.manipulability.floor))))
+        rows += self.cell.rows if self.cell is not None else []
         rows += [("constraint", each.text) for each in self.constraints]
         if self.in_time is not None and motion is not None:
             rows += self.in_time.rows(motion.proven)
@@ -215,6 +246,7 @@ class PlanRecord(RunRecord):
         rows = [("path", f"{path}; cost {self.cost.total:.4f} at beta {self.cost.beta:g}")]
         if motion is not None:
             rows.append(("motion", f"{motion.duration:.3f} s, {motion.proof_text}"))
+        rows += self.cell.rows if self.cell is not None else []
         rows += [("clearance", self.clearance.least_text), ("manipulability", self.manipulability.text)]
         what = "path" if motion is None else "path and motion"
         tool = [] if self.tool_path is None else [text for _, text in self.tool_path.rows(what)]

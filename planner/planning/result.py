@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
@@ -26,6 +27,7 @@ from planner.planning.base_result import (
 from planner.planning.quality import ManipulabilityRecord, QualityRecord, measure_conditioning
 from planner.planning.record import (
     CONDITIONING,
+    CellRecord,
     ClearanceRecord,
     ConstraintRecord,
     InTimeRecord,
@@ -51,11 +53,13 @@ from planner.trajectory.measure import (
     tool_path_length,
     w_along_path,
 )
+from planner.trajectory.parts import busy_seconds, split_trajectory
 from planner.trajectory.safe_intervals import TimedRoute
 from planner.trajectory.trajectory import Trajectory
 from planner.view.motion import ShownPath, path_rows, sample_motion
 from planner.view.page import Page, command_line
 
+PART_NAME = "trajectory-{}.json"  # of one robot of a cell
 Curve: TypeAlias = tuple[tuple[int, float], ...]
 """(rounds, best cost) of the refinement at the plan's own beta."""
 
@@ -142,6 +146,21 @@ class Plan(Result[PlanRecord]):
     def scene(self) -> Scene:
         return self.checker.world.scene
 
+    @cached_property
+    def trajectories(self) -> dict[str, Trajectory]:
+        """The motion of each robot of a cell by name, on one clock; empty for one robot."""
+        return {} if self.trajectory is None else split_trajectory(self.trajectory, self.robot)
+
+    @property
+    def makespan(self) -> float:
+        """Seconds until all robots rest; 0 without a motion."""
+        return 0.0 if self.trajectory is None else busy_seconds(self.trajectory)
+
+    @property
+    def flowtime(self) -> float:
+        """Sum of the seconds until each robot of a cell rests."""
+        return sum(map(busy_seconds, self.trajectories.values()))
+
     @property
     def network(self) -> gabf.Network | None:
         """The network of ``layered``."""
@@ -214,6 +233,7 @@ class Plan(Result[PlanRecord]):
             gabf=FieldRecord.from_field(quality, self.cost_to_go),
             tool_path=None if self.tool_path is None else self.tool_path.record,
             legs=list(self.legs) or None,
+            cell=CellRecord.from_trajectories(self.trajectories),
         )
 
     def certify(self) -> Certificate | None:
@@ -227,6 +247,12 @@ class Plan(Result[PlanRecord]):
         save_roadmap(self.roadmap, folder / ROADMAP_NAME)
         if self.trajectory is not None:
             self.trajectory.save(folder / TRAJECTORY_NAME, self.robot.name, self.scene.name)
+        for name, motion in self.trajectories.items():
+            motion.save(folder / PART_NAME.format(name), name, self.scene.name)
+
+    def files(self, folder: Path) -> Sequence[str]:
+        """Return the files of the plan; of a cell also a trajectory of each robot."""
+        return [*map(PART_NAME.format, self.trajectories), *self.FILES]
 
     def page(self) -> str:
         """Return the page as self-contained HTML; without a path the roadmap shows how far planning came."""

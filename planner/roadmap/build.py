@@ -88,6 +88,13 @@ def roadmap_between(
     return _measure(prover, configurations, edges, grown.starts, grown.goals, seed)
 
 
+def roadmap_of_path(checker: CollisionChecker, path: Floats, seed: int) -> Roadmap:
+    """Return the roadmap that is a proven path (k, dof): its waypoints, and the motions between them."""
+    last = np.array([len(path) - 1])
+    edges = np.stack([np.arange(len(path) - 1), np.arange(1, len(path))], axis=1)
+    return _measure(RecordingProver(checker), path, edges, 0 * last, last, seed)
+
+
 def _require_shares(density: float, refined: float) -> None:
     if not (0.0 <= density < np.inf and 0.0 <= refined < 1.0):
         raise OptionError(

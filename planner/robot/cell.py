@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 import pydantic
 
-from planner.base.arrays import frozen
+from planner.base.arrays import Floats, frozen
 from planner.base.errors import OptionError, PlannerError, RobotError, choices
 from planner.base.files import StrPath
 from planner.base.yamlfile import Name, find_duplicates, parse_yaml, quote, read_text, suggest_name, validate
@@ -102,6 +102,11 @@ class Cell:
         """The columns of each robot in a configuration of the composite."""
         ends = np.cumsum([0, *(robot.dof for robot in self.robots.values())]).tolist()
         return {name: slice(*ends[k : k + 2]) for k, name in enumerate(self.robots)}
+
+    def start_of(self, name: str) -> Floats:
+        """Return the joint values (dof,) of a robot's state ``start``, or else of its home."""
+        states = self._states_of(name)
+        return frozen(states.get("start", states[HOME]))
 
     def owner(self, name: str) -> str | None:
         """Return the robot that has a joint, link or payload of the composite; None for an obstacle's name."""
