@@ -29,6 +29,7 @@ from visualization_msgs.msg import MarkerArray
 
 import planner
 from planner.base.arrays import Floats
+from planner.base.errors import OptionError
 from planner.ros.node import PARAMETERS, PlannerNode
 from tests.controller import Point, follow
 
@@ -339,30 +340,48 @@ def start(*parameters: str) -> subprocess.Popen[str]:
     return subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
 
 
-def test_unusable_parameters_end_the_node_with_a_sentence() -> None:
-    cases = {
-        ("-p", "margin:=-1.0"): (2, "margin must be"),
-        ("-p", "margin:=1"): (2, "margin must be a number with a point"),
-        ("-p", "on_unsafe:=wait"): (2, "on_unsafe must be stop or slow"),
-        ("-p", "robot:=nothing"): (3, "robot 'nothing' not found"),
-        ("-p",): (2, "Couldn't parse"),
-    }
-    for process, (code, sentence) in zip([start(*case) for case in cases], cases.values(), strict=True):
-        output, _ = process.communicate(timeout=60)
+@pytest.mark.parametrize(
+    ("name", "value", "sentence"),
+    [
+        ("margin", -1.0, "margin must be"),
+        ("margin", 1, "margin must be a number with a point"),
+        ("beta", 2.0, "beta must be"),
+        ("on_unsafe", "wait", "on_unsafe must be stop or slow"),
+        ("scene", 3, "scene must be a text"),
+    ],
+)
+def test_an_unusable_parameter_is_refused(ros: None, name: str, value: Any, sentence: str) -> None:
+    with pytest.raises(OptionError, match=sentence):
+        PlannerNode(parameter_overrides=[Parameter(name, value=value)])
+
+
+def test_the_program_ends_with_a_sentence_or_by_a_signal() -> None:
+    faults = {("-p", "robot:=nothing"): (3, "robot 'nothing' not found"), ("-p",): (2, "Couldn't parse")}
+    processes = [start(*parameters) for parameters in faults]
+    running = start("-p", "robot:=planar_2r", "-r", "__ns:=/interrupted")
+    for process, (code, sentence) in zip(processes, faults.values(), strict=True):
+        output, _ = process.communicate(timeout=120)
         assert process.returncode == code
         assert "Traceback" not in output
         assert sentence in output.splitlines()[-1]
-
-
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
-def test_a_signal_ends_the_node_cleanly(number: int) -> None:
-    process = start("-p", "robot:=planar_2r", "-r", f"__ns:=/signal_{number}")
-    assert process.stdout is not None
-    lines = iter(process.stdout.readline, "")
+    assert running.stdout is not None
+    lines = iter(running.stdout.readline, "")
     assert any("ready" in line for line in lines)
-    process.send_signal(number)
+    running.send_signal(signal.SIGINT)
     rest = list(lines)
-    assert (process.wait(20), rest) == (0, [])
+    assert (running.wait(20), rest) == (0, [])
+
+
+def test_the_how_to_lists_every_parameter_with_its_default() -> None:
+    rows = [
+        line.split("|")[1:4] for line in (ROOT / "docs" / "howto" / "ros2.md").read_text().splitlines() if "|" in line
+    ]
+    listed = {name.strip(" `"): row[1].strip(" `") for row in rows for name in row[0].split(",")}
+    topics = ("joint_states", "points", "controller")
+    assert {name: str(default) for name, (default, _) in PARAMETERS.items() if name not in topics} == {
+        name: listed[name] for name in PARAMETERS if name not in topics
+    }
+    assert set(topics) <= set(listed)
 
 
 def test_the_launch_file_names_parameters_and_topics_of_the_node() -> None:
