@@ -29,6 +29,7 @@ FLOORS: tuple[tuple[str, ...], ...] = (
     ("session",),
     ("view.live", "figures", "cells"),
     ("batch", "serve", "ros"),
+    ("lerobot",),
     ("cli",),
     ("", "__main__"),  # the package's lazy list of public names
     ("reproduce",),
@@ -58,7 +59,8 @@ DOORS = {
     "meshcat": {"planner.view.canvas"},
     "umsgpack": {"planner.view.canvas"},
     "viser": {"planner.view.live"},
-    "websockets": {"planner.serve.server", "planner.view.live"},
+    "websockets": {"planner.serve.server", "planner.serve.client", "planner.view.live"},
+    "lerobot": {"planner.lerobot.steps"},
     "matplotlib": {name for name in MODULES if name.startswith("planner.figures")} | {"reproduce.figures"},
     "ctypes": {"planner.base.captured_output"},
     "yaml": {"planner.base.yamlfile"},
