@@ -5,6 +5,7 @@ from __future__ import annotations
 import tyro
 
 from benchmarks.attack.run import attack
+from benchmarks.cells import cells
 from benchmarks.clouds import clouds
 from benchmarks.first_motion.run import first_motion
 from benchmarks.gabf.run import gabf
@@ -19,7 +20,8 @@ from benchmarks.tradeoff.run import tradeoff
 from planner.cli.app import registry
 
 bench = tyro.extras.SubcommandApp()
-for command in (plan, first_motion, clouds, attack, gabf, gate, roadmap, optimum, tool_paths, tasks, tables, tradeoff):
+ALL = (plan, first_motion, clouds, cells, attack, gabf, gate, roadmap, optimum, tool_paths, tasks, tables)
+for command in (*ALL, tradeoff):
     bench.command(command)
 
 

@@ -14,7 +14,7 @@ from planner.collision.checker import CollisionChecker
 from planner.planning.result import Plan
 from planner.roadmap.roadmap import Roadmap
 from reproduce.__main__ import main as reproduce_main
-from tests.batch.posts import write_problem
+from tests.batch.posts import write_cell, write_problem
 from tests.command_line import Run, assert_remedies_are_options
 from tests.worlds import (
     checker_of,
@@ -43,6 +43,7 @@ def problems(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("problems")
     write_problem(folder / "posts", "0001", (-1.0, 0.8), (1.0, -0.8))
     write_problem(folder / "far", "0001", (-1.0, 0.8), (1.0, -2.99))
+    write_cell(folder / "cells")
     return folder
 
 

@@ -35,7 +35,10 @@ from planner.robot.shapes import Obstacle
 from planner.session.session import Session
 from planner.trajectory.limits import MotionLimits
 
-OPTIONS = ("seed", "nodes", "beta", "collision", "margin", "metric", "manipulability_cost", "law", "prescribed_time")
+OPTIONS = (
+    *("seed", "nodes", "beta", "collision", "margin", "metric", "manipulability_cost", "law", "prescribed_time"),
+    "refinement_rounds",
+)
 _FEW = 2  # robots whose orders are all tried before the composite is searched
 _ORDERS = 6  # orders of more robots
 
@@ -66,7 +69,7 @@ class CellPlanner:
             )
         own = {name: value for name, value in options.items() if name != "nodes"}  # nodes are of each robot's roadmap
         quality = {"path_only": True, "refinement_rounds": 0, "extra_clearance": 0.0}
-        self.request = PlanRequest.from_options(cell=cell, **quality, **own)
+        self.request = PlanRequest.from_options(cell=cell, **(quality | own))
         robot, margin = with_carried(self.cell.robot, self.cell.scene.carried), self.request.what.margin
         self.checker: CollisionChecker = make_checker(robot, self.cell.scene, self.request.what.collision, margin)
         self._prover = EdgeProver(self.checker)
@@ -223,6 +226,6 @@ def plan_in_turn(request: PlanRequest, timing: TimingRequest | None, progress: P
     for name, value in plain.values().items():
         if name not in ("cell", "start", "goal", "ik_solutions", "ik_tolerance", *OPTIONS) and given[name] != value:
             raise OptionError(f"--{name.replace('_', '-')} must be left out with --in-turn: plan the robots together.")
-    cell_planner = CellPlanner(request.what.cell, **{name: given[name] for name in OPTIONS})  # type: ignore[arg-type]
+    cell_planner = CellPlanner(request.what.cell, **{name: given[name] for name in OPTIONS if given[name] is not None})  # type: ignore[arg-type]
     plan = cell_planner.plan(request.what.start, request.what.goal, timing=timing, progress=progress)
     return replace(plan, request=request)

@@ -1,6 +1,9 @@
 """A planning problem as MoveIt's messages, and how it is planned."""
 
+import json
 from pathlib import Path
+
+import numpy as np
 
 from planner.problem.request import PlanRequest
 from tests.worlds import load
@@ -22,3 +25,15 @@ def write_problem(folder: Path, number: str, start: tuple[float, float], goal: t
         f"start_state:\n  joint_state:\n    name: [{', '.join(names)}]\n    position: [{start[0]}, {start[1]}]\n"
         f"goal_constraints:\n  - joint_constraints:\n{goals}"
     )
+
+
+def write_cell(folder: Path) -> None:
+    """Write a cell of two Pandas as the benchmark reads it, with three states, in one of which they touch."""
+    places = ("a", -0.5, 0.0), ("b", 0.5, np.pi)
+    robots = [{"name": name, "robot": "panda", "position": [x, 0, 0], "yaw": yaw} for name, x, yaw in places]
+    sides = {"one": 0.7, "two": 0.5, "touch": 0.0}
+    states = {name: [[side, 0.5, 0, -1.7, 0, 2.2, 0.8]] * 2 for name, side in sides.items()}
+    table = {"name": "table", "size": [2, 1, 0.1], "position": [0, 0, -0.06]}
+    cell = {"name": "pair", "robots": robots, "boxes": [table], "states": states, "carried_rod": None}
+    folder.mkdir()
+    (folder / "pair.json").write_text(json.dumps(cell))

@@ -56,6 +56,20 @@ def check_clouds(rows: Rows) -> None:
     assert all(row["contacts"] == "0" for row in solved if row["world"] in safe)
 
 
+def check_cells(rows: Rows) -> None:
+    left_out = [row for row in rows if row["method"] == "left out"]
+    assert [(row["start"], row["message"]) for row in left_out] == [("touch", "'a_panda_link5' and 'b_panda_link5'")]
+    plans = [row for row in rows if row["method"] != "left out"]
+    assert {row["method"] for row in plans} == {"in turn", "together"}
+    assert {(row["outcome"], row["proven"], row["contact"], row["contact_1"]) for row in plans} == {
+        ("solved", "True", '""', '""')
+    }
+    for row in plans:
+        assert 0 < float(row["makespan"]) <= float(row["flowtime"]) <= 2 * float(row["makespan"]) + 1e-9
+        assert 0.2 <= float(row["makespan_1"]) < 0.21  # a joint turns by 0.2 rad, at 1 rad/s
+        assert float(row["least_m"]) > 0
+
+
 def check_attack(rows: Rows) -> None:
     parts = dict.fromkeys(row["attack"] for row in rows)
     by_part = {part: [row for row in rows if row["attack"] == part] for part in parts}
@@ -125,6 +139,7 @@ SMALLEST: dict[str, tuple[str, Callable[[Rows], None]]] = {
     "plan": (f"FOLDER {PLANAR} --nodes 40 --seeds 0 --planners RRTConnect", check_plan),
     "first-motion": (f"FOLDER/posts {PLANAR} --seconds 2", check_first_motion),
     "clouds": ("FOLDER/posts --robot planar_2r --filters 2 --samples 3000 --dense-samples 4000", check_clouds),
+    "cells": ("FOLDER/cells --nodes 30 --pairs 1 --tries 24", check_cells),
     "attack": (
         "--tries 12 --segments 2 --edges 2 --thicknesses 5 --changes 50 --robots planar_2r --scenes paper",
         check_attack,
@@ -181,6 +196,7 @@ def test_every_benchmark_has_a_smallest_size(run: Run) -> None:
         ("attack --thicknesses 0", 2, "thicknesses above 0"),
         ("attack --robots marvin", 3, "robot 'marvin' not found"),
         ("attack --parts proofs", 2, "nothing to measure"),
+        ("cells nowhere", 3, "holds no cells"),
         ("gate --chunks 0", 2, "at least 1 chunk"),
         ("gabf --sizes 5", 2, "at least 10"),
         ("optimum --arms puma", 2, "arm 'puma' not found"),
