@@ -15,6 +15,8 @@ from .problem.conditions import AxisConstraint as AxisConstraint
 from .problem.conditions import BoxConstraint as BoxConstraint
 from .problem.conditions import OrientationConstraint as OrientationConstraint
 from .problem.conditions import PlaneConstraint as PlaneConstraint
+from .problem.conditions import PositionConstraint as PositionConstraint
+from .problem.conditions import keep_pose as keep_pose
 from .problem.outcome import Outcome as Outcome
 from .problem.request import FollowRequest as FollowRequest
 from .problem.request import LimitsRequest as LimitsRequest

@@ -143,6 +143,10 @@ plan = planner.plan(request=request)
 import planner
 
 above = planner.PlaneConstraint(normal=(0, 0, 1), distance=0.3)  # z at least 0.3 m
+# --- PositionConstraint ---
+import planner
+
+near = planner.PositionConstraint(0.05, (0.4, 0.2, 0.5), frame="panda_hand")  # within 5 cm of a point
 # --- PlannerError ---
 import planner
 

@@ -62,11 +62,12 @@ def make_certificate(
 ) -> Certificate:
     """Return witnesses that no checked pair comes nearer than the margin on a path (k, dof) or motion.
 
-    And that w exceeds ``floor``, wherever that can be shown. The motion must have the ends of the path. Obstacles that
-    move by themselves are left out. Concave meshes are cut into slabs where their hulls are too close, and into more
-    where that is not enough.
+    And that w exceeds ``floor``, wherever that can be shown, of a robot with one tool. The motion must have the ends of
+    the path. Obstacles that move by themselves are left out. Concave meshes are cut into slabs where their hulls are
+    too close, and into more where that is not enough.
     """
     world, curves, cuts = checker_.world, _curves(path, motion), dict[str, int]()
+    floor = 0.0 if world.robot.other_tools else floor
     certificate = _certify(world, curves, cuts, floor)
     for slabs in _SLABS:
         close = {name.partition(", slab ")[0] for pair in certificate.open_pairs for name in pair}

@@ -7,7 +7,7 @@ from planner.base.errors import OptionError, choices
 from planner.collision.checker import CollisionChecker
 from planner.collision.self_pairs import generate_disabled_pairs
 from planner.collision.world import World
-from planner.constraints.path_constraints import require_orientations
+from planner.constraints.path_constraints import require_bound
 from planner.problem.conditions import Condition, read_conditions
 from planner.problem.request import WorldRequest
 from planner.robot.robot import Robot
@@ -34,7 +34,7 @@ def make_checker(
     kind = _backend(backend)
     conditions = read_conditions(constraint)
     WorldRequest(margin=margin)  # refuses a margin out of range
-    require_orientations(conditions, robot)
+    require_bound(conditions, robot)
     disabled = generate_disabled_pairs(robot, kind) if robot.disabled_pairs is None else robot.disabled_pairs
     return kind(World.from_scene(robot, resolve_frames(Scene.load(scene), robot), disabled, margin, conditions))
 

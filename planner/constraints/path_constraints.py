@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from planner.base.arrays import Bools, Floats, Ints, frozen
-from planner.base.errors import StateError
+from planner.base.errors import RobotError, StateError
 from planner.constraints.tool_bound import Frame, ToolBound
 from planner.kinematics.forward import Chain
 from planner.native.compiled import NativeConstraints
@@ -26,6 +26,7 @@ from planner.problem.conditions import (
     OfPoint,
     OrientationConstraint,
     PlaneConstraint,
+    PositionConstraint,
     Quaternion,
     Three,
 )
@@ -44,7 +45,7 @@ class Piece:
 
     ``rows`` is (k, 12). The slack changes at most by ``per_metre`` of the position, and by ``per_turn`` of the length
     by which a unit vector rotates. ``depth`` is the additional depth of a half-space; ``across`` is the distance for an
-    angle of half a turn: a distance d is the angle 2 asin(d / across).
+    angle of half a turn: a distance d is the angle 2 asin(d / across); 0 for a distance in m.
     """
 
     rows: Floats
@@ -58,7 +59,7 @@ class Piece:
 
     def to_units(self, slack: Floats) -> Floats:
         """Return a slack in m or rad."""
-        if not self.ball:
+        if not self.across:
             return slack
         ends = np.clip(np.stack([np.full_like(slack, self.limit), self.limit - slack]) / self.across, 0.0, 1.0)
         return 2.0 * (np.arcsin(ends[0]) - np.arcsin(ends[1]))
@@ -83,6 +84,9 @@ def pieces_of(condition: Condition) -> list[Piece]:
         case PlaneConstraint(normal, distance):
             size = math.hypot(*normal)
             return [_half(_unit(normal), distance / size, _DEEP)]
+        case PositionConstraint(radius, position):
+            assert position is not None  # bound
+            return [Piece(frozen(np.eye(12)[:3]), frozen(position), radius, True, per_metre=1.0)]
         case OrientationConstraint(angle):
             return [_turn(_matrix(condition.quaternion), angle)]
     raise TypeError(f"condition must be a path constraint, got {type(condition).__name__}.")
@@ -174,7 +178,7 @@ class PathConstraints:
         frames: dict[Any, Frame] = {}
         for number, condition in enumerate(self.conditions):
             point = condition.point if isinstance(condition, OfPoint) else (0.0, 0.0, 0.0)
-            key = condition.frame, point
+            key = condition.frame, point, condition.base
             frames[key] = frame_of(self.robot, *key)
             by_frame.setdefault(key, []).extend((number, piece) for piece in pieces_of(condition))
         return tuple(
@@ -193,6 +197,7 @@ class PathConstraints:
         """The compiled constraints."""
         groups, pieces = self._groups, [piece for group in self._groups for piece in group.pieces]
         none = np.zeros((0, 4, 4)), np.zeros((0, 12)), np.zeros(0)
+        bases = [group.frame.base for group in groups]
         return NativeConstraints(
             Chain.from_arm(self.robot).native,
             np.array([group.frame.joint for group in groups], dtype=np.int64),
@@ -205,6 +210,8 @@ class PathConstraints:
             np.array([piece.limit for piece in pieces], dtype=float),
             np.array([piece.depth for piece in pieces], dtype=float),
             (self.robot.lower, self.robot.upper, self.robot.continuous),
+            np.array([-1 if base is None else base.joint for base in bases], dtype=np.int64),
+            np.concatenate([none[0], *(np.eye(4)[None] if base is None else base.placement[None] for base in bases)]),
         )
 
     def _slacks(self, q: Floats) -> list[Floats]:
@@ -270,33 +277,51 @@ class PathConstraints:
         return self._native.projected(q, np.full(len(q), depth), exact, steps)
 
 
-def frame_of(robot: Robot, name: str | None, point: Sequence[float] = (0.0, 0.0, 0.0)) -> Frame:
-    """Return a frame of the robot (default: its tool), moved to a point of it (m)."""
-    return Frame.tool(with_tool(robot, name), np.array(point))
+def frame_of(
+    robot: Robot, name: str | None, point: Sequence[float] = (0.0, 0.0, 0.0), base: str | None = None
+) -> Frame:
+    """Return a frame of the robot (default: its tool), moved to a point of it (m), in another frame ``base``.
+
+    Raises :class:`RobotError` for an unknown frame, and for one that no planned joint moves in ``base``.
+    """
+    frame = Frame.tool(with_tool(robot, name), np.array(point))
+    if base is None:
+        return frame
+    frame = replace(frame, base=Frame.tool(with_tool(robot, base)))
+    if not frame.reach(robot).any():
+        raise RobotError(f"no planned joint moves frame '{name or robot.tool}' in frame '{base}': name two others.")
+    return frame
 
 
-def bind_orientations(conditions: Iterable[Condition], robot: Robot, start: Floats) -> tuple[Condition, ...]:
-    """Return conditions with the orientation at ``start`` (dof,) where they name none."""
+def bind_to_start(conditions: Iterable[Condition], robot: Robot, start: Floats) -> tuple[Condition, ...]:
+    """Return conditions with the position or orientation at ``start`` (dof,) where they name none."""
+    return tuple(_bind(each, robot, start) if relative_to_start([each]) else each for each in conditions)
+
+
+def _bind(condition: Condition, robot: Robot, q: Floats) -> Condition:
+    point = condition.point if isinstance(condition, OfPoint) else (0.0, 0.0, 0.0)
+    (rotation,), (position,) = frame_of(robot, condition.frame, point, condition.base).poses(robot, q[None])
+    values = quaternion_of(rotation) if isinstance(condition, OrientationConstraint) else position
+    name = "quaternion" if isinstance(condition, OrientationConstraint) else "position"
+    return replace(condition, **{name: tuple(round(float(value), 9) + 0.0 for value in values)})  # to be read
+
+
+def relative_to_start(conditions: Iterable[Condition]) -> tuple[Condition, ...]:
+    """Return the constraints that refer to the position or orientation at the start."""
     return tuple(
-        replace(each, quaternion=_orientation(robot, each.frame, start)) if without_orientation([each]) else each
+        each
         for each in conditions
+        if (isinstance(each, OrientationConstraint) and each.quaternion is None)
+        or (isinstance(each, PositionConstraint) and each.position is None)
     )
 
 
-def _orientation(robot: Robot, frame: str | None, q: Floats) -> Quaternion:
-    rotation, _ = frame_of(robot, frame).poses(robot, q[None])
-    x, y, z, w = (round(float(value), 9) for value in quaternion_of(rotation[0]))  # to be read
-    return x, y, z, w
-
-
-def without_orientation(conditions: Iterable[Condition]) -> tuple[Condition, ...]:
-    """Return the orientation constraints that refer to the start."""
-    return tuple(each for each in conditions if isinstance(each, OrientationConstraint) and each.quaternion is None)
-
-
-def require_orientations(conditions: tuple[Condition, ...], robot: Robot) -> None:
+def require_bound(conditions: tuple[Condition, ...], robot: Robot) -> None:
     """Raise :class:`PlannerError` for a constraint that refers to a missing start or an unknown frame."""
-    for each in without_orientation(conditions):
-        raise StateError(f"'{each.text}' must have an orientation here, got none: add qx,qy,qz,qw to it.")
+    for each in relative_to_start(conditions):
+        what, numbers = "a position", "x,y,z"
+        if isinstance(each, OrientationConstraint):
+            what, numbers = "an orientation", "qx,qy,qz,qw"
+        raise StateError(f"'{each.text}' must have {what} here, got none: add {numbers} to it.")
     for each in conditions:
-        frame_of(robot, each.frame)
+        frame_of(robot, each.frame, base=each.base)

@@ -10,13 +10,13 @@ whole curve if it holds at both ends with that slack. Halving a curve divides th
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from planner.base.arrays import Bools, Floats, Ints, numbers
+from planner.base.arrays import Bools, Floats, Ints, length, numbers
 from planner.base.polynomials import bernstein, derivative, evaluate, part
-from planner.kinematics.forward import Chain, joint_placements, tool_joint
+from planner.kinematics.forward import Chain, joint_placements, tool_joint, travel
 from planner.robot.reach import Reach
 from planner.robot.robot import Robot
 from planner.robot.shapes import Body, Sphere
@@ -36,10 +36,15 @@ All k conditions of one of the ``a`` alternatives must hold on an interval. Each
 
 @dataclass(frozen=True, eq=False)
 class Frame:
-    """A frame with a ``placement`` (4, 4) in the frame of a joint (0: the base)."""
+    """A frame with a ``placement`` (4, 4) in the frame of a joint (0: the base).
+
+    Its pose is that in another frame ``base``, or in the world without one. In another frame the joints between the two
+    form one chain: up from that frame to the joint that carries both, and down to this one.
+    """
 
     joint: int
     placement: Floats
+    base: Frame | None = None
 
     @staticmethod
     def tool(robot: Robot, point: Floats | None = None) -> Frame:
@@ -52,12 +57,35 @@ class Frame:
 
     def reach(self, robot: Robot) -> Floats:
         """Return (joints,) m: largest distance of its origin from each axis; 1 for a slide, 0 if not carried."""
-        return Reach.from_robot(robot, (Body("tool", "tool", self.joint, Sphere(_POINT), self.placement),)).bodies[0]
+        if self.base is None:
+            item = Body("tool", "tool", self.joint, Sphere(_POINT), self.placement)
+            return Reach.from_robot(robot, (item,)).bodies[0]
+        chain, own = Chain.from_arm(robot), replace(self, base=None).reach(robot)
+        up, down = chain.ancestors(self.base.joint), chain.ancestors(self.joint)
+        radius, reach = length(self.placement[:3, 3]) + _POINT, np.zeros(len(own))
+        for joint in (joint for joint in down if joint not in up):
+            reach[joint - 1] = own[joint - 1]
+            radius += length(chain.offset[joint - 1]) + travel(robot, chain, joint - 1)
+        for joint in reversed([joint for joint in up if joint not in down]):  # to its origin, which is on its axis
+            radius += length(chain.offset[joint - 1]) + travel(robot, chain, joint - 1)
+            reach[joint - 1] = 1.0 if chain.prismatic[joint - 1] else radius
+        return reach
+
+    def order(self, robot: Robot) -> Ints:
+        """Return (joints,) numbers that ascend along the chain to this frame, among the joints that move it."""
+        index = np.arange(1, len(Chain.from_arm(robot).parent) + 1)
+        if self.base is None:
+            return index
+        return np.where(np.isin(index, Chain.from_arm(robot).ancestors(self.base.joint)), -index, index)
 
     def poses(self, robot: Robot, q: Floats) -> tuple[Floats, Floats]:
-        """Return rotations (n, 3, 3) and positions (n, 3) in the world at configurations (n, dof)."""
+        """Return rotations (n, 3, 3) and positions (n, 3) at configurations (n, dof)."""
         rotation, position = (array[self.joint] for array in joint_placements(Chain.from_arm(robot), q))
-        return rotation @ self.placement[:3, :3], position + rotation @ self.placement[:3, 3]
+        rotation, position = rotation @ self.placement[:3, :3], position + rotation @ self.placement[:3, 3]
+        if self.base is None:
+            return rotation, position
+        turn, at = self.base.poses(robot, q)
+        return turn.swapaxes(-1, -2) @ rotation, np.einsum("nji,nj->ni", turn, position - at)
 
 
 def column_rates(robot: Robot, frame: Frame | None = None) -> tuple[Floats, Floats]:
@@ -69,9 +97,9 @@ def column_rates(robot: Robot, frame: Frame | None = None) -> tuple[Floats, Floa
     reach, chain = (frame or Frame.tool(robot)).reach(robot), Chain.from_arm(robot)
     turns, carries, share = ~chain.prismatic, reach > 0, np.abs(chain.coupling)
     both = carries[:, None] & carries[None, :]
-    index = np.arange(len(reach))
-    later = np.maximum(index[:, None], index[None, :])
-    before = index[None, :] < index[:, None]  # [i, k]: joint k carries joint i
+    index, order = np.arange(len(reach)), (frame or Frame.tool(robot)).order(robot)
+    before = order[None, :] < order[:, None]  # [i, k]: joint k carries joint i
+    later = np.where(before, index[:, None], index[None, :])
     turn_turn = both & turns[:, None] & turns[None, :]
     turned_slide = both & ~turns[:, None] & turns[None, :] & before
     slid_turn = both & turns[:, None] & ~turns[None, :] & ~before

@@ -71,6 +71,14 @@ class Chain:
         """(joints, dof) dx / dq: a Jacobian in x times this is one in q."""
         return self.factor[:, None] * (self.leader[:, None] == np.arange(self.dof))
 
+    def ancestors(self, joint: int) -> list[int]:
+        """Return ``joint`` and the joints that carry it, up to the base, which is not among them."""
+        found = []
+        while joint > 0:
+            found.append(joint)
+            joint = int(self.parent[joint - 1])
+        return found
+
     @staticmethod
     def from_arm(arm: Arm) -> Chain:
         """Return the joint tree of ``arm``, its base placement included."""

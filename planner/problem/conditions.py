@@ -2,8 +2,11 @@
 
 ``axis:z,0,0,1,0.1`` (the tool's z axis within 0.1 rad of a direction of the world), ``box:x0,y0,z0,x1,y1,z1`` (its
 origin within, m), ``plane:nx,ny,nz,d`` (n.p >= d) and ``turn:0.1`` (its orientation within 0.1 rad of that at the
-start, or of a quaternion: ``turn:0.1,qx,qy,qz,qw``). A suffix `` of FRAME``, or ``FRAME `` before the condition, names
-another frame than the tool, and a suffix `` at x,y,z`` a point of that frame. ``;`` separates several conditions.
+start, or of a quaternion: ``turn:0.1,qx,qy,qz,qw``), ``near:0.01`` (its origin within 0.01 m of that at the start, or
+of a position: ``near:0.01,x,y,z``). A suffix `` of FRAME``, or ``FRAME `` before the condition, names another frame
+than the tool, `` in FRAME`` one that takes the place of the world, and `` at x,y,z`` a point of the frame.
+``keep:0.01,0.1`` is ``near:0.01`` and ``turn:0.1``: with two frames, two hands carry one object. ``;`` separates
+several conditions.
 """
 
 import math
@@ -19,11 +22,11 @@ from planner.base.errors import OptionError
 from planner.problem.validation import options
 
 THINNEST = 1e-4  # rad (m): no straight joint motion satisfies a narrower condition
-FORMS = "axis:, box:, plane: or turn:"
+FORMS = "axis:, box:, plane:, turn:, near: or keep:"
 AND = ";"  # between conditions
 _TURNS = 2.0 * math.pi * (1.0 + 1e-4)  # rad: a larger tolerance is probably in degrees
 _UNIT = 1e-3  # tolerance of a quaternion's length
-_SYNTAX = re.compile(r"(\w+):(.*?)(?:\s+of\s+(\S+))?(?:\s+at\s+(\S+))?")
+_SYNTAX = re.compile(r"(\w+):(.*?)(?:\s+of\s+(\S+))?(?:\s+in\s+(\S+))?(?:\s+at\s+(\S+))?")
 _FRAME_FIRST = re.compile(r"([^\s:]+)\s+(?=\w+:)")
 
 
@@ -48,12 +51,13 @@ Direction: TypeAlias = Annotated[Three, AfterValidator(_direction)]
 
 @options
 class Condition:
-    """A condition on one ``frame`` of the robot, by default the tool.
+    """A condition on one ``frame`` of the robot, by default the tool, in another frame ``base`` or the world.
 
     ``shape``: the fields in the order of the text, and the count of numbers of each.
     """
 
     frame: str | None = field(default=None, kw_only=True)
+    base: str | None = field(default=None, kw_only=True)
     kind: ClassVar[str]
     unit: ClassVar[str] = "rad"
     shape: ClassVar[Mapping[str, int]]
@@ -73,7 +77,8 @@ class Condition:
     def text(self) -> str:
         """The condition as people write it, exact to the last bit."""
         axis = f"{self.axis}," if isinstance(self, AxisConstraint) else ""
-        return f"{self.kind}:{axis}{numbers_text(self.values)}{f' of {self.frame}' if self.frame else ''}"
+        frames = (f" of {self.frame}" if self.frame else "") + (f" in {self.base}" if self.base else "")
+        return f"{self.kind}:{axis}{numbers_text(self.values)}{frames}"
 
 
 @options
@@ -128,6 +133,20 @@ class PlaneConstraint(OfPoint):
 
 
 @options
+class PositionConstraint(OfPoint):
+    """A frame's origin, or ``point``, within ``radius`` (m) of a ``position``, by default that at the start."""
+
+    radius: Annotated[float, Field(ge=0, le=1e4)]
+    position: Three | None = None
+    kind: ClassVar[str] = "near"
+    shape: ClassVar[Mapping[str, int]] = {"radius": 1, "position": 3}
+
+    @property
+    def thickness(self) -> float:
+        return self.radius
+
+
+@options
 class OrientationConstraint(Condition):
     """A frame's orientation within ``angle`` (rad) of a quaternion (x, y, z, w), by default the start's."""
 
@@ -143,12 +162,27 @@ _KINDS: dict[str, tuple[type[Condition], tuple[int, ...], str]] = {
     "box": (BoxConstraint, (6,), "x0,y0,z0,x1,y1,z1"),
     "plane": (PlaneConstraint, (4,), "nx,ny,nz,d"),
     "turn": (OrientationConstraint, (1, 5), "angle or angle,qx,qy,qz,qw"),
+    "near": (PositionConstraint, (1, 4), "radius or radius,x,y,z"),
 }
+_KEEP = "keep"  # a position and an orientation at once
+
+
+def keep_pose(
+    radius: float, angle: float, *, frame: str | None = None, base: str | None = None
+) -> tuple[PositionConstraint, OrientationConstraint]:
+    """Return the constraints that keep the pose that a frame has at the start, in another frame or the world.
+
+        planner.keep_pose(0.005, 0.02, frame="right_tool", base="left_tool")  # both hands carry a tray
+
+    The frame's origin stays within ``radius`` (m), and its orientation within ``angle`` (rad). Larger tolerances let
+    joints move farther between nodes, so planning is quicker.
+    """
+    return PositionConstraint(radius, frame=frame, base=base), OrientationConstraint(angle, frame=frame, base=base)
 
 
 def is_condition(text: str) -> bool:
     """Return whether a text begins as a condition does."""
-    return split_frame(text)[1].partition(":")[0] in _KINDS
+    return split_frame(text)[1].partition(":")[0] in (*_KINDS, _KEEP)
 
 
 def split_frame(text: str) -> tuple[str | None, str]:
@@ -157,17 +191,31 @@ def split_frame(text: str) -> tuple[str | None, str]:
     return (match[1], text.strip()[match.end() :]) if match else (None, text.strip())
 
 
+def parse_conditions(text: str) -> tuple[Condition, ...]:
+    """Parse a condition, of which ``keep:`` is two; :class:`OptionError` for a text of another form."""
+    before, rest = split_frame(text)
+    kind, _, rest = rest.partition(":")
+    if kind != _KEEP:
+        return (parse_condition(text),)
+    radius, comma, rest = rest.partition(",")
+    angle, _, frames = rest.partition(" ")
+    if not comma or "," in angle:
+        raise OptionError(f"condition '{text[:100]}' must be keep:radius,angle: give m and rad.")
+    first = f"{before} " if before else ""
+    return tuple(parse_condition(f"{first}{each} {frames}") for each in (f"near:{radius}", f"turn:{angle}"))
+
+
 def parse_condition(text: str) -> Condition:
     """Parse a condition; :class:`OptionError` for a text of another form."""
     before, rest = split_frame(text)
     match, where = _SYNTAX.fullmatch(rest), f"condition '{text[:100]}'"
     if match is None or match[1] not in _KINDS:
         raise OptionError(f"condition must begin with {FORMS}, got '{text[:100]}'.")
-    kind, rest, frame, at = match.groups()
+    kind, rest, frame, base, at = match.groups()
     frame = join_frames(text, before, frame)
     cls, counts, form = _KINDS[kind]
     words = rest.split(",")
-    given: dict[str, Any] = {} if frame is None else {"frame": frame}
+    given: dict[str, Any] = {name: each for name, each in (("frame", frame), ("base", base)) if each is not None}
     if cls is AxisConstraint:
         given["axis"] = words.pop(0).strip()
     try:
@@ -196,7 +244,8 @@ def join_frames(text: str, before: str | None, behind: str | None) -> str | None
 
 def parse_constraints(text: str) -> tuple[Condition, ...]:
     """Parse path constraints; :class:`OptionError` for another form, or a condition that is too narrow."""
-    return require_thick(tuple(parse_condition(part) for part in text.split(AND) if part.strip()))
+    parts = [part for part in text.split(AND) if part.strip()]
+    return require_thick(tuple(each for part in parts for each in parse_conditions(part)))
 
 
 def require_thick(conditions: tuple[Condition, ...]) -> tuple[Condition, ...]:

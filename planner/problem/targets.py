@@ -35,7 +35,7 @@ from planner.problem.conditions import (
     is_condition,
     join_frames,
     numbers_text,
-    parse_condition,
+    parse_conditions,
     split_frame,
 )
 
@@ -128,8 +128,9 @@ class ToolGoal:
             match conditions:
                 case [BoxConstraint(at) as box] if box == BoxConstraint(at, at, frame=frame):
                     targets.append(Position(at, frame))
-                case [BoxConstraint(at) as box, OrientationConstraint(0.0, quaternion)] if quaternion is not None:
-                    targets += [Pose(at, quaternion, frame)] if box == BoxConstraint(at, at, frame=frame) else []
+                case [BoxConstraint(at) as box, OrientationConstraint(0.0, quaternion) as turn] if quaternion:
+                    whole = box == BoxConstraint(at, at, frame=frame) and not turn.base
+                    targets += [Pose(at, quaternion, frame)] if whole else []
         return tuple(targets) if len(targets) == len(by_frame) else ()
 
 
@@ -208,7 +209,7 @@ def _conditions(part: object) -> tuple[Condition, ...]:
     if isinstance(part, ToolGoal):
         return part.conditions
     if isinstance(part, str) and is_condition(part):
-        return (parse_condition(part),)
+        return parse_conditions(part)
     match read_target(part, "a part of a goal with tolerance"):
         case Position((x, y, z), frame):
             return (BoxConstraint((x, y, z), (x, y, z), frame=frame),)

@@ -11,7 +11,7 @@ from planner.base.files import StrPath
 from planner.base.progress import QUIET, Progress
 from planner.collision import make_checker
 from planner.collision.checker import CollisionChecker, with_conditions
-from planner.constraints.path_constraints import bind_orientations, without_orientation
+from planner.constraints.path_constraints import bind_to_start, relative_to_start
 from planner.kinematics.inverse import Tolerance
 from planner.problem.conditions import Condition, parse_constraints
 from planner.problem.request import ProblemRequest, WorldRequest
@@ -71,7 +71,7 @@ def make_checker_for(
     scene, robot = _set_up(request, asked)
     robot, constraint = _collect_constraints(request, robot, scene, asked)
     _judge(request, robot, scene)
-    turns = without_orientation(constraint) if start is not None else ()
+    turns = relative_to_start(constraint) if start is not None else ()
     rest = [each for each in constraint if each not in turns]
     checker = make_checker(robot, scene, request.collision, request.margin, rest)
     return _bound(checker, turns, start(checker)) if start is not None and turns else checker
@@ -79,7 +79,7 @@ def make_checker_for(
 
 def _bound(checker: CollisionChecker, turns: tuple[Condition, ...], start: Floats) -> CollisionChecker:
     """Return the checker with ``turns`` too, relative to the orientation at ``start`` (dof,)."""
-    return with_conditions(checker, (*checker.world.conditions, *bind_orientations(turns, checker.robot, start)))
+    return with_conditions(checker, (*checker.world.conditions, *bind_to_start(turns, checker.robot, start)))
 
 
 def make_query(
@@ -109,7 +109,7 @@ def make_query(
     _require_limits(robot, [("start", start), *((_role(goal, goals), goal) for goal in goals)])
     robot, constraint = _collect_constraints(request, robot, scene, message)
     _judge(request, robot, scene)
-    turns = without_orientation(constraint)
+    turns = relative_to_start(constraint)
     bound = [each for each in constraint if each not in turns]
     checker = make_checker(robot, scene, request.collision, request.margin, bound)
     progress("setup", 1, 2)

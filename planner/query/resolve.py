@@ -2,6 +2,7 @@
 
 import itertools
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import suppress
 from functools import cache
 
 import numpy as np
@@ -11,7 +12,7 @@ from planner.base.errors import OptionError, StateError, choices, format_quantit
 from planner.base.yamlfile import FARTHEST, quote
 from planner.collision.checker import CollisionChecker, contact_at, is_free
 from planner.collision.world import Contact
-from planner.constraints.path_constraints import PathConstraints, bind_orientations, require_orientations
+from planner.constraints.path_constraints import PathConstraints, bind_to_start, require_bound
 from planner.kinematics import inverse
 from planner.kinematics.manipulability import manipulability
 from planner.problem.conditions import BoxConstraint, Condition
@@ -83,7 +84,7 @@ def resolve(
             return resolve(here, checker, states, role, count, starts)
         case Position() | Pose():
             found = _reach((target,), checker.robot, role, starts, tolerance)
-            return _choose(_filter_by_constraints(found, checker, role), checker, role, count, starts)
+            return _choose(_satisfy_constraints(found, target, checker, role, starts), checker, role, count, starts)
 
 
 def other_turns(start: Target, checker: CollisionChecker, states: Mapping[str, str]) -> list[str]:
@@ -142,8 +143,8 @@ def solve_conditions(
     """
     robot, rng = checker.robot, np.random.default_rng(IK_SEED)
     if starts is not None:
-        conditions = bind_orientations(conditions, robot, starts[0])
-    require_orientations(conditions, robot)
+        conditions = bind_to_start(conditions, robot, starts[0])
+    require_bound(conditions, robot)
     all_of_them = PathConstraints(robot, (*conditions, *checker.world.conditions))
     seeds = np.vstack([robot.home, rng.uniform(robot.lower, robot.upper, size=(_SEEDS - 1, robot.dof))])
     if starts is not None:
@@ -370,11 +371,19 @@ def _choose(found: Floats, checker: CollisionChecker, role: str, count: int, sta
     return frozen(found[_distinct(alternately, count)])
 
 
-def _filter_by_constraints(found: Floats, checker: CollisionChecker, role: str) -> Floats:
-    """Return those of ``found`` (k, dof) within the path constraints; :class:`StateError` if none is."""
+def _satisfy_constraints(
+    found: Floats, target: Position | Pose, checker: CollisionChecker, role: str, starts: Floats | None
+) -> Floats:
+    """Return those of ``found`` (k, dof) within the path constraints, or solutions of target and constraints at once.
+
+    :class:`StateError` if there are none.
+    """
     good = checker.world.constraints.holds(found)
-    if not good.any():
-        _require_constraints([(role, found[int(checker.world.constraints.least_slack(found).argmax())])], checker)
+    if good.any():
+        return found[good]
+    with suppress(StateError):  # as joints that do not move the tool may have to follow
+        return _spread(solve_conditions(ToolGoal((target,)).conditions, checker, role, starts), checker.robot)  # type: ignore[arg-type]
+    _require_constraints([(role, found[int(checker.world.constraints.least_slack(found).argmax())])], checker)
     return found[good]
 
 

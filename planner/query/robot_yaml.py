@@ -58,7 +58,7 @@ def robot_yaml(files: RobotFiles, robot: Robot, never_apart: frozenset[frozenset
         "urdf": _source(files.description.path, folder, own.urdf),
         "srdf": files.srdf and _source(files.srdf.path, folder, own.srdf),
         "joints": robot.joints,
-        "tool": robot.tool,
+        "tool": robot.tool_text,
         "home": robot.home.tolist(),
         "manipulability": robot.jacobian_rows,
         "fixed_joints": dict(robot.fixed_joints),

@@ -167,7 +167,7 @@ class Report:
             rows.append(("known motions", f"{clear} of {of} proven clear of {choices(m['moving']['obstacles'])}"))
         rows += [("horizon", self._horizon())] if "horizon" in m else []
         least = f"min {m['w_min']:.3g} ({self._at(m['w_at'])}), mean {m['w_mean']:.3g}"
-        rows.append(("manipulability w", f"{least}, frame {self.checker.robot.tool}"))
+        rows.append(("manipulability w", f"{least}, frame {self.checker.robot.tool_text}"))
         for each in m["constraints"]:
             proof = "proven on the whole motion" if each["proven"] else "NOT proven between samples"
             slack = f"'{each['condition']}' with a slack of {each['spare']:.3g} {each['unit']}"
@@ -211,7 +211,7 @@ class Report:
         """Return the report as plain data: s, rad and m; locations on a path in segments from 0."""
         world = self.checker.world
         record = {"ok": self.ok, "message": self.sentence, "robot": world.robot.name, "scene": world.scene.name}
-        record |= {"joints": list(world.robot.joints), "frame": world.robot.tool, "collision": self.checker.name}
+        record |= {"joints": list(world.robot.joints), "frame": world.robot.tool_text, "collision": self.checker.name}
         record |= {"margin": world.margin, "step": self.step, "proven": self.proven, "notes": list(self.notes)}
         if self.parts:
             return record | {"segments": [{"title": part.title, **part.to_dict()} for part in self.parts]}

@@ -1,6 +1,7 @@
 """Path constraints against Pinocchio, exact angles, and an optimiser that looks for a violation of a proven curve."""
 
 import math
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -14,12 +15,14 @@ from planner.constraints.path_constraints import (
     _FINEST,
     FORGIVEN,
     PathConstraints,
-    bind_orientations,
-    require_orientations,
+    bind_to_start,
+    relative_to_start,
+    require_bound,
 )
 from planner.constraints.tool_bound import prove_along
-from planner.problem.conditions import parse_constraints
+from planner.problem.conditions import OrientationConstraint, PositionConstraint, parse_constraints
 from planner.robot.robot import Robot
+from tests.two_arms import load_two_arms
 
 QUATERNION = "0.9,0.3,0.1,0.3"
 TEXTS = [
@@ -30,6 +33,9 @@ TEXTS = [
     "plane:0,0.6,0.8,0.4",
     f"turn:0.15,{QUATERNION}",
     f"axis:z,0,0,-1,0.2;plane:0,0,1,0.3;turn:1.5,{QUATERNION}",
+    "near:0.1,0.2,-0.1,0.4 of panda_link7 in panda_link2 at 0.1,0,0",
+    "keep:0.2,0.3 of right_tool in left_tool",
+    "axis:z,0,0,-1,0.2 of left_tool in right_link2;box:-0.3,-0.3,0.3,0.3,0.3,0.6 of left_tool in right_link2",
 ]
 
 
@@ -38,17 +44,32 @@ def panda():
     return Robot.load("panda")
 
 
-def pose(robot, q, frame=None, point=(0.0, 0.0, 0.0)):
+@pytest.fixture
+def robot(text, panda):
+    """The robot whose frames a text names."""
+    return load_two_arms() if "left" in text else panda
+
+
+def read(text):
+    """Constraints with a pose, also where the text has none."""
+    given = {PositionConstraint: {"position": (0.2, 0.1, 0.3)}, OrientationConstraint: {"quaternion": (0.6, 0, 0, 0.8)}}
+    return tuple(
+        replace(each, **given[type(each)]) if relative_to_start([each]) else each for each in parse_constraints(text)
+    )
+
+
+def pose(robot, q, frame=None, point=(0.0, 0.0, 0.0), base=None):
     """Rotation and position by Pinocchio."""
     data = robot.model.createData()
     pin.framesForwardKinematics(robot.model, data, np.asarray(q, dtype=float))
     placed = data.oMf[robot.model.getFrameId(frame or robot.tool)]
+    placed = data.oMf[robot.model.getFrameId(base)].actInv(placed) if base else placed
     return placed.rotation, placed.rotation @ np.array(point) + placed.translation
 
 
 def beyond(robot, condition, q):
     """By how much (rad, m) a state strays, from the condition's own words."""
-    rotation, x = pose(robot, q, condition.frame, getattr(condition, "point", (0.0, 0.0, 0.0)))
+    rotation, x = pose(robot, q, condition.frame, getattr(condition, "point", (0.0, 0.0, 0.0)), condition.base)
     kind, v = condition.kind, condition.values
     if kind == "axis":
         n = np.array(condition.direction) / np.linalg.norm(condition.direction)
@@ -56,6 +77,8 @@ def beyond(robot, condition, q):
         return math.atan2(np.linalg.norm(np.cross(a, n)), a @ n) - condition.angle
     if kind == "box":
         return max(max(np.subtract(v[:3], x)), max(np.subtract(x, v[3:])))
+    if kind == "near":
+        return np.linalg.norm(x - condition.position) - condition.radius
     if kind == "plane":
         return (condition.distance - np.dot(v[:3], x)) / np.linalg.norm(v[:3])
     off = pin.Quaternion(np.array(condition.quaternion)).normalized().matrix().T @ rotation
@@ -67,25 +90,25 @@ def strays(robot, conditions, q):
 
 
 @pytest.mark.parametrize("text", TEXTS)
-def test_states_satisfy_the_constraint_by_pinocchio(panda, text):
-    constraints, rng = PathConstraints(panda, parse_constraints(text)), np.random.default_rng(1)
-    q = rng.uniform(panda.lower, panda.upper, size=(40, panda.dof))
+def test_states_satisfy_the_constraint_by_pinocchio(robot, text):
+    constraints, rng = PathConstraints(robot, read(text)), np.random.default_rng(1)
+    q = rng.uniform(robot.lower, robot.upper, size=(40, robot.dof))
     q = np.vstack([q, constraints.project(q, rng.uniform(-0.2, 0.9, size=40))[0]])
-    truth = np.array([[beyond(panda, each, state) for each in constraints.conditions] for state in q])
+    truth = np.array([[beyond(robot, each, state) for each in constraints.conditions] for state in q])
     holds = constraints.holds(q)
     assert holds.any()
     assert not holds.all()
-    assert not constraints.holds(np.full((1, panda.dof), np.nan)).any()
+    assert not constraints.holds(np.full((1, robot.dof), np.nan)).any()
     assert (truth[holds] <= 1e-6).all()
     assert (truth[~holds].max(axis=1) > -1e-6).all()
     np.testing.assert_allclose(constraints.slacks(q), -truth, atol=2e-6)
 
 
 @pytest.mark.parametrize("text", TEXTS)
-def test_proven_curves_do_not_stray(panda, text):
+def test_proven_curves_do_not_stray(robot, text):
     """An optimiser climbs along each proven curve, and finds nowhere where it strays."""
-    constraints, rng = PathConstraints(panda, parse_constraints(text)), np.random.default_rng(2)
-    start, good = constraints.project(rng.uniform(panda.lower, panda.upper, size=(60, panda.dof)), 0.8)
+    constraints, rng = PathConstraints(robot, read(text)), np.random.default_rng(2)
+    start, good = constraints.project(rng.uniform(robot.lower, robot.upper, size=(60, robot.dof)), 0.8)
     start = start[good]
     curves = np.stack([start, *(rng.normal(size=start.shape) * size for size in (0.1, 0.08, 0.05))], axis=1)
     curves[:, 1:] *= rng.uniform(0.02, 2.0, size=(len(curves), 1, 1))
@@ -93,11 +116,11 @@ def test_proven_curves_do_not_stray(panda, text):
     assert 2 < proven.sum() < len(curves)
     s = np.linspace(0.0, 1.0, 41)
     for curve, held in zip(curves, proven, strict=True):
-        worst = [strays(panda, constraints.conditions, q) for q in evaluate(np.repeat(curve[None], 41, axis=0), s)]
+        worst = [strays(robot, constraints.conditions, q) for q in evaluate(np.repeat(curve[None], 41, axis=0), s)]
         k = int(np.argmax(worst))
         if held:
             top: Any = minimize_scalar(
-                lambda u, c=curve: -strays(panda, constraints.conditions, evaluate(c[None], np.array([u]))[0]),
+                lambda u, c=curve: -strays(robot, constraints.conditions, evaluate(c[None], np.array([u]))[0]),
                 bounds=(s[max(k - 1, 0)], s[min(k + 1, 40)]), method="bounded", options={"xatol": 1e-9},
             )  # fmt: skip
             assert max(-top.fun, worst[k]) <= 2e-6
@@ -125,13 +148,13 @@ def grown(curves, factor):
 
 @pytest.mark.parametrize("degree", [0, 3, 12])
 @pytest.mark.parametrize("text", TEXTS[::2])
-def test_the_compiled_proof_agrees_with_the_proof_by_arrays(panda, text, degree):
+def test_the_compiled_proof_agrees_with_the_proof_by_arrays(robot, text, degree):
     """On random curves, and on curves scaled until the proof just holds or just fails."""
-    constraints, rng = PathConstraints(panda, parse_constraints(text)), np.random.default_rng(degree)
-    start = rng.uniform(panda.lower, panda.upper, (150, panda.dof))
+    constraints, rng = PathConstraints(robot, read(text)), np.random.default_rng(degree)
+    start = rng.uniform(robot.lower, robot.upper, (150, robot.dof))
     start, _ = constraints.project(start, rng.uniform(0.0, 0.9, 150))
-    start[::10] = rng.uniform(panda.lower, panda.upper, start[::10].shape)
-    curves = np.concatenate([start[:, None], rng.normal(size=(len(start), degree, panda.dof))], axis=1)
+    start[::10] = rng.uniform(robot.lower, robot.upper, start[::10].shape)
+    curves = np.concatenate([start[:, None], rng.normal(size=(len(start), degree, robot.dof))], axis=1)
     curves = grown(curves, 10.0 ** rng.uniform(-4.0, -0.3, len(curves)))
     proven = constraints.prove(curves)
     assert 10 < proven.sum() < len(curves)
@@ -161,7 +184,7 @@ def test_a_motion_that_begins_on_the_edge_is_proven(panda):
 
 
 def test_a_turn_is_about_the_orientation_at_the_start(panda):
-    (turn,) = bind_orientations(parse_constraints("turn:0.1"), panda, panda.home)
+    (turn,) = bind_to_start(parse_constraints("turn:0.1"), panda, panda.home)
     assert beyond(panda, turn, panda.home) == pytest.approx(-0.1, abs=1e-7)
     with pytest.raises(PlannerError, match="must have an orientation here"):
-        require_orientations(parse_constraints("turn:0.1"), panda)
+        require_bound(parse_constraints("turn:0.1"), panda)

@@ -3,13 +3,16 @@
 from typing import Any
 
 import numpy as np
+import pinocchio as pin
 import pytest
 
 from planner.base.polynomials import evaluate
+from planner.constraints.path_constraints import frame_of
 from planner.constraints.tool_bound import Frame, ToolBound, prove_along
 from planner.robot.files.robot_files import JointChoice
 from planner.robot.robot import Robot
 from tests.linkages import palletizer, random_linkage
+from tests.two_arms import load_two_arms
 from tests.worlds import joint_xml, link_xml, load, random_q
 
 
@@ -70,6 +73,46 @@ def test_a_hill_climb_never_exceeds_the_bound(name: str, degree: int, size: floa
     bound = ToolBound(made(name, urdf_file))
     for kind in (0, 1):
         assert climb(bound, degree, size, kind, seed=degree) <= 1.0
+
+
+RELATIVE = [("two arms", "right_tool", "left_tool"), ("two arms", "left_tool", "right_link3"), ("sliding", "e", "f")]
+RELATIVE += [("sliding", "a", "e"), ("iiwa14", "iiwa14_link_2", "flange"), ("linkage", "", "")]
+
+
+def relative(name: str, frame: str, base: str, urdf_file) -> ToolBound:
+    robot = load_two_arms() if name == "two arms" else made(name, urdf_file)
+    links = [each.name for each in robot.model.frames if each.type == pin.FrameType.BODY]
+    return ToolBound(robot, frame_of(robot, frame or links[-1], base=base or links[len(links) // 2]))
+
+
+@pytest.mark.parametrize(("name", "frame", "base"), RELATIVE)
+def test_a_hill_climb_never_exceeds_the_bound_in_another_frame(name: str, frame: str, base: str, urdf_file) -> None:
+    bound = relative(name, frame, base, urdf_file)
+    for degree, size in ((1, 1e-2), (2, 1.0)):
+        for kind in (0, 1):
+            assert climb(bound, degree, size, kind, seed=degree) <= 1.0
+
+
+@pytest.mark.parametrize(("name", "frame", "base"), RELATIVE)
+def test_poses_in_another_frame_and_their_jacobian(name: str, frame: str, base: str, urdf_file) -> None:
+    """By Pinocchio's placements; the joints that move the pose by finite differences are those with a reach."""
+    bound = relative(name, frame, base, urdf_file)
+    robot, far = bound.robot, 1e-6
+    for q in random_q(robot, 3, seed=4):
+        rotation, position = bound.frame.poses(robot, q + far * np.vstack([np.zeros(robot.dof), np.eye(robot.dof)]))
+        moved = np.linalg.norm(position[1:] - position[0], axis=1) / far
+        turned = np.linalg.norm(rotation[1:] - rotation[0], axis=(1, 2)) / far
+        assert (moved <= bound.reach + 1e-6).all()
+        assert ((turned > 1e-4) <= (bound.turns > 0)).all()
+        assert (bound.turns[turned > 1e-4] >= turned[turned > 1e-4] / 2**0.5 - 1e-5).all()
+        if frame:
+            there, here = robot.fk(q, frame), robot.fk(q, base)
+            np.testing.assert_allclose(np.linalg.inv(here) @ there, _matrix(rotation[0], position[0]), atol=1e-9)
+            assert bound.turns.sum() < robot.dof or name == "two arms"
+
+
+def _matrix(rotation: np.ndarray, position: np.ndarray) -> np.ndarray:
+    return np.vstack([np.column_stack([rotation, position]), [0.0, 0.0, 0.0, 1.0]])
 
 
 @pytest.mark.parametrize("name", ["iiwa14", "ur5", "planar_2r", "sliding"])

@@ -70,6 +70,6 @@ def test_goals_with_tolerance_are_conditions_too():
     )
     texts = [goal.text for goal in parse_targets("home; xyz:0,0,1 & turn:0.1,0,0,0,1;turn:0.1")]
     assert texts == ["home", "xyz:0,0,1 & turn:0.1,0,0,0,1", "turn:0.1"]
-    for wrong in ("home & turn:0.1", "xyz:1,2,3 & ", "joint:elbow,0,1"):
+    for wrong in ("home & turn:0.1", "xyz:1,2,3 & ", "joint elbow:0,1"):
         with pytest.raises(OptionError):
             parse_target(wrong)

@@ -94,6 +94,10 @@ class ConstraintProof {
     // Bounds on rounding of a position (m) near y, and of a column of the rotation.
     void rounding(const double* y, double& off, double& turned) const {
         double size = std::fabs(y[0]) + std::fabs(y[1]) + std::fabs(y[2]) + 1.0;
+        if (kept_->is_relative()) {  // of both positions in the world
+            const Vec at = kept_->base_at(frames_.data()).shift;
+            size = 3.0 * size + 2.0 * (std::fabs(at.x) + std::fabs(at.y) + std::fabs(at.z));
+        }
         const double count = rounded_ * dof_;
         off = turned = 0.0;
         for (int j = 0; j < dof_; ++j) {

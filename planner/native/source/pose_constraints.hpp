@@ -16,11 +16,20 @@ struct Piece {
     double limit, depth;
 };
 
-// A frame on a joint, with its constraints from `first` on.
+// A frame on a joint, with its constraints from `first` on. Its pose is that in another frame, `base`, on the joint
+// `base_joint`, or in the world if that is -1.
 struct ConstrainedFrame {
     int joint;
     Frame placement;
     int first, behind;
+    int base_joint;
+    Frame base;
+
+    bool is_relative() const { return base_joint >= 0; }
+    Frame base_at(const Frame* frames) const {
+        const Frame& joint = frames[base_joint];
+        return {joint.turn * base.turn, joint * base.shift};
+    }
 };
 
 struct PoseConstraints {
@@ -56,8 +65,16 @@ struct PoseConstraints {
 // Position and rows of the rotation of a frame, from the frames of the chain.
 inline void pose_of(const ConstrainedFrame& kept, const Frame* frames, double* y) {
     const Frame& joint = frames[kept.joint];
-    const Vec position = joint * kept.placement.shift;
-    const Mat turn = joint.turn * kept.placement.turn;
+    Vec position = joint * kept.placement.shift;
+    Mat turn = joint.turn * kept.placement.turn;
+    if (kept.is_relative()) {
+        const Frame base = kept.base_at(frames);
+        position = rotate_back(base.turn, position - base.shift);
+        Mat back;
+        for (int i = 0; i < 3; ++i)
+            for (int j = 0; j < 3; ++j) back.m[3 * i + j] = base.turn.m[3 * j + i];
+        turn = back * turn;
+    }
     y[0] = position.x, y[1] = position.y, y[2] = position.z;
     std::copy(turn.m, turn.m + 9, y + 3);
 }
@@ -66,7 +83,7 @@ class Projection {
    public:
     explicit Projection(const PoseConstraints& keeping)
         : constraints_(keeping), dof_(keeping.chain.dof()), frames_(keeping.chain.size() + 1), linear_(dof_),
-          angular_(dof_), rates_(12 * dof_), row_(dof_), square_(dof_ * dof_), step_(dof_) {}
+          angular_(dof_), base_linear_(dof_), base_angular_(dof_), rates_(12 * dof_), row_(dof_), square_(dof_ * dof_), step_(dof_) {}
 
     // Gauss-Newton steps from q to the constraints, a share `depth` of the way to their centres, until all hold up to
     // `exact`; q becomes the result. Returns whether all hold.
@@ -128,6 +145,7 @@ class Projection {
     // Derivative of the pose by each joint (12, dof).
     void rates(const ConstrainedFrame& kept) {
         constraints_.chain.jacobian(frames_.data(), kept.joint, kept.placement.shift, linear_.data(), angular_.data());
+        if (kept.is_relative()) subtract_base(kept);
         for (int j = 0; j < dof_; ++j) {
             rates_[j] = linear_[j].x, rates_[dof_ + j] = linear_[j].y, rates_[2 * dof_ + j] = linear_[j].z;
             for (int column = 0; column < 3; ++column) {
@@ -135,6 +153,19 @@ class Projection {
                 rates_[(3 + column) * dof_ + j] = turned.x, rates_[(6 + column) * dof_ + j] = turned.y;
                 rates_[(9 + column) * dof_ + j] = turned.z;
             }
+        }
+    }
+
+    // Make the Jacobian one in the base frame, relative to it.
+    void subtract_base(const ConstrainedFrame& kept) {
+        constraints_.chain.jacobian(frames_.data(), kept.base_joint, kept.base.shift, base_linear_.data(),
+                                    base_angular_.data());
+        const Frame base = kept.base_at(frames_.data());
+        const Vec apart = frames_[kept.joint] * kept.placement.shift - base.shift;
+        for (int j = 0; j < dof_; ++j) {
+            const Vec moved = linear_[j] - base_linear_[j] - cross(base_angular_[j], apart);
+            linear_[j] = rotate_back(base.turn, moved);
+            angular_[j] = rotate_back(base.turn, angular_[j] - base_angular_[j]);
         }
     }
 
@@ -157,7 +188,7 @@ class Projection {
     int dof_;
     double y_[12] = {}, size_ = 0.0;
     std::vector<Frame> frames_;
-    std::vector<Vec> linear_, angular_;
+    std::vector<Vec> linear_, angular_, base_linear_, base_angular_;
     std::vector<double> rates_, row_, square_, step_;
 };
 

@@ -177,6 +177,10 @@ inline Made<double, 2> manipulability_along(const Chain& chain, const States& st
 
 using JointLimits = std::tuple<Floats<any>, Floats<any>, Bools>;  // lowest, highest, and which joints wrap
 
+inline Frame placed_at(const double* m) {  // (4, 4)
+    return {{{m[0], m[1], m[2], m[4], m[5], m[6], m[8], m[9], m[10]}}, {m[3], m[7], m[11]}};
+}
+
 inline auto solve_inverse(const Chain& chain, const States& seeds, const Ints<any>& joints,
                           const Floats<any, 4, 4>& tools, const Ints<any>& rows, const Floats<any, any, 4, 4>& targets,
                           const JointLimits& limits, int iterations, double weight) {
@@ -187,14 +191,11 @@ inline auto solve_inverse(const Chain& chain, const States& seeds, const Ints<an
     tools.of({joints.count(), 4, 4}), rows.of({joints.count()}), targets.of({any, joints.count(), 4, 4});
     require(targets.count() == 1 || targets.count() == seeds.count(), "there is not one target for each seed");
     require(weight > 0.0 && weight <= farthest, "a metre has no weight");
-    const auto placed = [](const double* m) {  // (4, 4)
-        return Frame{{{m[0], m[1], m[2], m[4], m[5], m[6], m[8], m[9], m[10]}}, {m[3], m[7], m[11]}};
-    };
     Task task{chain, {}, weight, lower, upper, bytes_of(wraps)};
     for (size_t k = 0; k < count; ++k) {
         require(joints[k] >= 0 && joints[k] <= chain.size(), "there is no such joint");
         require(rows[k] == 3 || rows[k] == 5 || rows[k] == 6, "a tool has 3, 5 or 6 rows");
-        task.tools.push_back({static_cast<int>(joints[k]), placed(tools + 16 * k), static_cast<int>(rows[k])});
+        task.tools.push_back({static_cast<int>(joints[k]), placed_at(tools + 16 * k), static_cast<int>(rows[k])});
     }
     Made<double, 2> ends = copy_into(seeds.data(), Made<double, 2>(n, dof));
     Made<double, 1> distance(n), angle(n);
@@ -202,7 +203,7 @@ inline auto solve_inverse(const Chain& chain, const States& seeds, const Ints<an
         static_cast<int>(n), 8, [&] { return Descent(task); },
         [&](size_t k, Descent& descent) {
             std::vector<Frame> own(count);
-            for (size_t tool = 0; tool < count; ++tool) own[tool] = placed(targets + k * step + 16 * tool);
+            for (size_t tool = 0; tool < count; ++tool) own[tool] = placed_at(targets + k * step + 16 * tool);
             descent.run(ends + k * dof, own, iterations);
             descent.miss(ends + k * dof, distance[k], angle[k]);
         });
@@ -306,9 +307,13 @@ inline PoseConstraints constraints_of(const Chain& chain, const Ints<any>& joint
                                       const Ints<any>& pieces, const Ints<any>& counts, const Bools& balls,
                                       const Floats<any, 12>& rows, const Floats<any>& centres,
                                       const Floats<any>& limits, const Floats<any>& depths,
-                                      const JointLimits& of_joints) {
+                                      const JointLimits& of_joints, const Ints<any>& bases,
+                                      const Floats<any, 4, 4>& bases_placed) {
     const int frames = joints.count(), all = counts.count(), total = rows.count(), dof = chain.dof();
     const auto& [lower, upper, wraps] = of_joints;
+    bases.of({frames}), bases_placed.of({frames, 4, 4});
+    require(between(bases, frames, -1, chain.size() + 1), "there is no such joint");
+    require(within(bases_placed, bases_placed.size(), farthest), "a frame is no finite number");
     placed.of({frames, 4, 4}), pieces.of({frames}), balls.of({all}), centres.of({total}), limits.of({all});
     depths.of({all}), lower.of({dof}), upper.of({dof}), wraps.of({dof});
     require(between(joints, frames, 0, chain.size() + 1), "there is no such joint");
@@ -330,9 +335,9 @@ inline PoseConstraints constraints_of(const Chain& chain, const Ints<any>& joint
                          {wraps + 0, wraps + dof}};
     int first = 0;
     for (int k = 0; k < frames; ++k) {
-        const double* m = placed + 16 * k;
-        const Frame frame{{{m[0], m[1], m[2], m[4], m[5], m[6], m[8], m[9], m[10]}}, {m[3], m[7], m[11]}};
-        made.frames.push_back({static_cast<int>(joints[k]), frame, first, first + static_cast<int>(pieces[k])});
+        made.frames.push_back({static_cast<int>(joints[k]), placed_at(placed + 16 * k), first,
+                               first + static_cast<int>(pieces[k]), static_cast<int>(bases[k]),
+                               placed_at(bases_placed + 16 * k)});
         first = made.frames.back().behind;
     }
     first = 0;
@@ -470,9 +475,10 @@ inline void bind_robot(nb::module_& m) {
         "Constraints on the poses y (12,) = position and rows of the rotation of frames (f,).\n\n"
         "A constraint is row . y >= limit or, a ball, |rows y - centre| <= limit; depth is its largest slack.\n"
         "Frames are at placements (f, 4, 4) in joints, with pieces (f,) constraints each, which have counts (p,)\n"
-        "rows.")
+        "rows. Their poses are those in frames base_placements (f, 4, 4) on joints bases (f,), -1: in the world.")
         .def("__init__", construct_by(&constraints_of), "chain"_a, "joints"_a, "placements"_a, "pieces"_a, "counts"_a,
-             "balls"_a, "rows"_a, "centres"_a, "limits"_a, "depths"_a, "joint_limits"_a)
+             "balls"_a, "rows"_a, "centres"_a, "limits"_a, "depths"_a, "joint_limits"_a, "bases"_a,
+             "base_placements"_a)
         .def("slack", &slack, "frame"_a, "rotation"_a, "position"_a, at_work,
              "Return the slack (n, k) of the constraints (k,) of a frame at its poses, (n, 3, 3) and (n, 3).")
         .def("projected", &projected, "q"_a, "depth"_a, "exact"_a, "steps"_a, at_work,
