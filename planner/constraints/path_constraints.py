@@ -294,7 +294,7 @@ def frame_of(
 
 
 def bind_to_start(conditions: Iterable[Condition], robot: Robot, start: Floats) -> tuple[Condition, ...]:
-    """Return conditions with the position or orientation at ``start`` (dof,) where they name none."""
+    """Return conditions with the position or orientation at ``start`` (dof,) if they name none."""
     return tuple(_bind(each, robot, start) if relative_to_start([each]) else each for each in conditions)
 
 

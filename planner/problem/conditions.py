@@ -51,9 +51,10 @@ Direction: TypeAlias = Annotated[Three, AfterValidator(_direction)]
 
 @options
 class Condition:
-    """A condition on one ``frame`` of the robot, by default the tool, in another frame ``base`` or the world.
+    """A condition on one ``frame`` of the robot, by default the tool.
 
-    ``shape``: the fields in the order of the text, and the count of numbers of each.
+    Its pose counts in another frame ``base``, by default in the world. ``shape``: the fields in the order of the text,
+    and the count of numbers of each.
     """
 
     frame: str | None = field(default=None, kw_only=True)
@@ -134,7 +135,7 @@ class PlaneConstraint(OfPoint):
 
 @options
 class PositionConstraint(OfPoint):
-    """A frame's origin, or ``point``, within ``radius`` (m) of a ``position``, by default that at the start."""
+    """A frame's origin, or ``point``, within ``radius`` (m) of a ``position``, by default the start's."""
 
     radius: Annotated[float, Field(ge=0, le=1e4)]
     position: Three | None = None
@@ -170,7 +171,7 @@ _KEEP = "keep"  # a position and an orientation at once
 def keep_pose(
     radius: float, angle: float, *, frame: str | None = None, base: str | None = None
 ) -> tuple[PositionConstraint, OrientationConstraint]:
-    """Return the constraints that keep the pose that a frame has at the start, in another frame or the world.
+    """Return the constraints that keep the pose of a frame at the start, in another frame or the world.
 
         planner.keep_pose(0.005, 0.02, frame="right_tool", base="left_tool")  # both hands carry a tray
 

@@ -374,7 +374,7 @@ def _choose(found: Floats, checker: CollisionChecker, role: str, count: int, sta
 def _satisfy_constraints(
     found: Floats, target: Position | Pose, checker: CollisionChecker, role: str, starts: Floats | None
 ) -> Floats:
-    """Return those of ``found`` (k, dof) within the path constraints, or solutions of target and constraints at once.
+    """Return those of ``found`` (k, dof) within the path constraints, or solutions of both at once.
 
     :class:`StateError` if there are none.
     """
