@@ -280,7 +280,7 @@ class PathConstraints:
 def frame_of(
     robot: Robot, name: str | None, point: Sequence[float] = (0.0, 0.0, 0.0), base: str | None = None
 ) -> Frame:
-    """Return a frame of the robot (default: its tool), moved to a point of it (m), in another frame ``base``.
+    """Return a frame (default: the tool), moved to a point of it (m), in another frame ``base``.
 
     Raises :class:`RobotError` for an unknown frame, and for one that no planned joint moves in ``base``.
     """
