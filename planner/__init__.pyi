@@ -31,9 +31,9 @@ from .roadmap.roadmap import Roadmap as Roadmap
 from .roadmap.storage import load_roadmap as load_roadmap
 from .roadmap.storage import save_roadmap as save_roadmap
 from .robot.cell import Cell as Cell
-from .robot.clouds import DepthImage as DepthImage
 from .robot.clouds import Points as Points
 from .robot.clouds import Voxels as Voxels
+from .robot.depth_image import DepthImage as DepthImage
 from .robot.moving import KnownMotion as KnownMotion
 from .robot.moving import MovingObstacle as MovingObstacle
 from .robot.poses import pose as pose

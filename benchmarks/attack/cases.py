@@ -8,7 +8,8 @@ from typing import Any
 import numpy as np
 
 from planner.base.arrays import Floats
-from planner.robot.clouds import DepthImage, Points, Voxels
+from planner.robot.clouds import Points, Voxels
+from planner.robot.depth_image import DepthImage
 from planner.robot.poses import pose
 from planner.robot.shapes import Box, Capsule, Cylinder, Mesh, Shape, Sphere, corners
 

@@ -23,7 +23,7 @@ from planner.collision.broad_phase import (
     make_request,
 )
 from planner.collision.checker import CollisionChecker, CurveStates, as_configurations
-from planner.collision.near_samples import CloudLook, samples_in_boxes
+from planner.collision.cloud_blocks import CloudLook, blocks_of
 from planner.collision.world import Contact, World
 from planner.kinematics.forward import Chain
 from planner.robot.clouds import Points
@@ -35,7 +35,7 @@ _THICKNESS = 1e-6  # m
 # its GJK stops at 1e-6 m; of 50,000 pairs that benchmarks/attack tried, some a kilometre from the origin, it put none
 # farther apart than 4.3e-6 m beyond the truth, curved shapes most
 _ERROR = 1e-5  # m
-_NEAREST = 64  # samples whose distance bounds that of a cloud
+_CLOSE = 0.05  # m
 _STRETCHES = (45, 15, 5, 1)  # consecutive configurations that one query clears
 
 
@@ -97,19 +97,27 @@ class CoalChecker(CollisionChecker):
     def _pairs_in_clouds(self, q: Floats, margins: Floats | float) -> Ints:
         """Return the first pair (n,) of a body and a cloud within its ``margins`` (pairs,) m, -1 without any.
 
-        Coal sees the samples near each body only: a tree of all takes it 15 s for a million of them.
+        By boxes alone for large margins, with which coal's trees cut nothing.
+        Coal gets trees of the blocks near bodies only: a tree of a million samples takes it 15 s.
         """
         pairs, reach = np.full(len(q), -1, dtype=np.int64), margins + self.world.rounding
+        request, here = make_request(coal.CollisionRequest), coal.Transform3s.Identity()
         for near in self._clouds.near(q, reach):
-            request = make_request(coal.CollisionRequest)
+            if reach[near.pair] > _CLOSE + self.world.margin + self.world.rounding[near.pair]:
+                rows = near.rows[(pairs[near.rows] < 0) | (pairs[near.rows] > near.pair)]
+                pairs[rows] = near.pair
+                continue
             request.security_margin = reach[near.pair]
-            body = _geometry(self.world.items[self.world.items_of(near.pair)[0]].shape)
-            samples, here = _tree_of_points(near.samples, coal.BVHModelOBB), coal.Transform3s.Identity()
-            for row, turn, shift in zip(near.rows.tolist(), near.turns, near.shifts, strict=True):
-                if pairs[row] < 0 or near.pair < pairs[row]:
-                    at = coal.Transform3s(turn, shift)
-                    if coal.collide(body, at, samples, here, request, coal.CollisionResult()):
-                        pairs[row] = near.pair
+            body, cloud = (self.world.items[k].shape for k in self.world.items_of(near.pair))
+            shape = _geometry(body)
+            for row, block, turn, shift in zip(
+                near.rows.tolist(), near.blocks.tolist(), near.turns, near.shifts, strict=True
+            ):
+                if 0 <= pairs[row] <= near.pair:
+                    continue
+                tree, at = _tree_of_block(cloud, block, coal.BVHModelOBB), coal.Transform3s(turn, shift)
+                if coal.collide(shape, at, tree, here, request, coal.CollisionResult()):
+                    pairs[row] = near.pair
         return pairs
 
     def first_contact_along(self, q: Floats | CurveStates, motion: Floats) -> tuple[int, Contact] | None:
@@ -180,21 +188,19 @@ class _Placed:
         return coal.distance(one, self._at(a), other, self._at(b), self._checker._request, result)
 
     def _distance_to_cloud(self, a: int, b: int) -> float:
-        """Return the distance (m) of a body and a cloud, from a few samples and all that may be nearer."""
-        cloud, checker = self._checker.world.items[b].shape, self._checker
+        """Return the distance (m) of a body and a cloud: block by block, the nearest box first."""
+        cloud, shape = self._checker.world.items[b].shape, self._checker._distance_geometry(a)
         assert isinstance(cloud, Points)
-        at = self._at(b).inverse() * self._at(a)
-        turn, shift = np.array(at.getRotation())[None], np.array(at.getTranslation())[None]
-        low, high = bounding_box(checker.world.items[a].shape)
-        some = cloud.tree.query(turn[0] @ (0.5 * (low + high)) + shift[0], min(_NEAREST, len(cloud.vertices)))[1]
-        distance = np.inf
-        for _ in range(2):
-            samples = _tree_of_points(cloud.vertices[np.atleast_1d(some)], coal.BVHModelOBBRSS)
-            body, here, result = checker._distance_geometry(a), coal.Transform3s.Identity(), coal.DistanceResult()
-            distance = min(distance, coal.distance(body, at, samples, here, checker._request, result))
-            some = samples_in_boxes(cloud, low, high, turn, shift, max(distance, 0.0) + _ERROR)[1]
-            if distance <= 0.0 or not len(some):
+        at, here, blocks = self._at(b).inverse() * self._at(a), coal.Transform3s.Identity(), blocks_of(cloud)
+        low, high = bounding_box(self._checker.world.items[a].shape)
+        middle = at.transform(0.5 * (low + high))
+        apart = np.linalg.norm(np.maximum(np.abs(middle - blocks.middles) - blocks.halves, 0.0), axis=1)
+        bounds, distance = apart - 0.5 * float(np.linalg.norm(high - low)) - _ERROR, np.inf
+        for block in np.argsort(bounds, kind="stable").tolist():
+            if bounds[block] >= distance or distance <= 0.0:
                 break
+            tree, result = _tree_of_block(cloud, block, coal.BVHModelOBBRSS), coal.DistanceResult()
+            distance = min(distance, coal.distance(shape, at, tree, here, self._checker._request, result))
         return distance
 
     def _at(self, k: int) -> coal.Transform3s:
@@ -240,8 +246,9 @@ def _geometry(shape: Shape, tree: type[coal.BVHModelBase] = coal.BVHModelOBB) ->
             return _tree_of_triangles(widen_triangles(shape), tree)
 
 
-def _tree_of_points(points: Floats, tree: type[coal.BVHModelBase]) -> coal.CollisionGeometry:
-    return _tree_of_triangles(widen_points(points), tree)
+@lru_cache(maxsize=4096)
+def _tree_of_block(cloud: Points, block: int, tree: type[coal.BVHModelBase]) -> coal.CollisionGeometry:
+    return _tree_of_triangles(widen_points(blocks_of(cloud).samples[block]), tree)
 
 
 def _tree_of_triangles(solid: Mesh, tree: type[coal.BVHModelBase]) -> coal.CollisionGeometry:

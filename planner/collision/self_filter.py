@@ -6,18 +6,15 @@ from dataclasses import replace
 import numpy as np
 
 from planner.base.arrays import Bools, Floats
-from planner.collision.bounding_volumes import sphere_cover
+from planner.collision.bounding_volumes import hull_of
 from planner.collision.bounds import ClearanceBound
 from planner.collision.world import World
 from planner.kinematics.forward import Chain, joint_placements
 from planner.robot.clouds import Points, Voxels
-from planner.robot.poses import pose
 from planner.robot.robot import Robot
 from planner.robot.scene import Scene
-from planner.robot.shapes import Mesh, Obstacle, Sphere
+from planner.robot.shapes import Mesh, Obstacle
 from planner.robot.solids import solid_of
-
-_SPHERES = 24  # around a body, to find which points may be near
 
 
 def points_on_robot(robot: Robot, q: Floats, points: Floats, margin: float) -> Bools:
@@ -26,25 +23,13 @@ def points_on_robot(robot: Robot, q: Floats, points: Floats, margin: float) -> B
     Includes the payload. The distance is that of the proofs, to a micrometre.
     """
     rotation, position = joint_placements(Chain.from_arm(robot), np.asarray(q, dtype=float)[None])
-    near = np.zeros(len(points), dtype=bool)
-    for body in robot.bodies:
-        cover = sphere_cover(body.shape, _SPHERES)
-        turn, at = rotation[body.joint, 0], position[body.joint, 0]
-        for centre, radius in zip(cover.centres, cover.radii, strict=True):
-            middle = turn @ (body.placement[:3, :3] @ centre + body.placement[:3, 3]) + at
-            near |= np.linalg.norm(points - middle, axis=1) <= radius + margin
-    rows = np.flatnonzero(near)
-    if not len(rows):
-        return near
-    balls = tuple(Obstacle(f"{k}", Sphere(margin), pose(points[k])) for k in rows)
-    world = World.from_scene(robot, Scene("points", balls), frozenset())
-    pairs = np.arange(len(robot.bodies) * len(rows))
-    gaps = ClearanceBound(world).close(rotation, position, np.zeros_like(pairs), pairs, 1e-6)
-    near[rows] = (gaps.reshape(len(robot.bodies), -1) <= 0).any(axis=0)
-    for body in robot.bodies:
-        if isinstance(body.shape, Mesh) and (solid := solid_of(body.shape)):
+    bound = ClearanceBound(World.from_scene(robot, Scene("empty"), frozenset()))
+    near = bound.native.points_within(rotation, position, np.ascontiguousarray(points), margin)
+    for body in robot.bodies:  # distances are those of surfaces, and of the whole of a convex mesh
+        if isinstance(body.shape, Mesh) and hull_of(body.shape)[1] > 0 and (solid := solid_of(body.shape)):
+            rows = np.flatnonzero(~near)
             local = (points[rows] - position[body.joint, 0]) @ rotation[body.joint, 0]
-            near[rows] |= solid.contains((local - body.placement[:3, 3]) @ body.placement[:3, :3])
+            near[rows] = solid.contains((local - body.placement[:3, 3]) @ body.placement[:3, :3])
     return near
 
 

@@ -1,4 +1,4 @@
-"""Worlds from sensors: points with a radius, voxels, depth images.
+"""Worlds from sensors: points with a radius, and voxels.
 
     cloud = planner.Points(xyz, radius=0.01, noise=0.002)               # xyz (n, 3) m
     scene = planner.Scene("seen", [planner.Obstacle("table", cloud, np.eye(4))])
@@ -9,28 +9,28 @@ radius is free of the surface.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+import itertools
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
 from scipy.spatial import KDTree
 
-from planner.base.arrays import Bools, Floats, Ints, column_bounds, frozen, numbers, placement, plain_numbers
+from planner.base.arrays import Bools, Floats, Ints, column_bounds, frozen, numbers, plain_numbers
 from planner.base.errors import Note, SceneError
 from planner.base.yamlfile import FARTHEST
-from planner.native.compiled import group_rows
+from planner.native.compiled import components, group_rows
 from planner.problem.outcome import Record
-from planner.robot.shapes import CORNERS, Mesh, Obstacle
+from planner.robot.shapes import CORNERS, Mesh, Obstacle, Shape
 
-_NEIGHBOURS, _QUANTILE = 8, 0.99  # of a grid of points the 8th neighbour is twice the covering radius away
+_NEIGHBOURS, QUANTILE = 8, 0.99  # of a grid of points the 8th neighbour is twice the covering radius away
+_TERMS = ("radius", "covering", "noise", "calibration", "is_estimated")  # of the radius of points
 _LARGE = 50.0  # m: a cloud of more is likely in millimetres
-_BLOCK = 0.25  # m: of a cloud that changes, what is proven again together
-_STEP = 0.05  # of the depth: pixels that differ by more are of two surfaces
-Unknown = Literal["free", "solid", "solid everywhere"]
+_BLOCK = 0.5  # m: of a cloud that changes, what is proven again together
+_SAME_RADIUS = 1.25  # ratio up to which a block keeps a larger radius: estimates vary a little between images
+_MOST_CELLS = 5e7  # of a grid: a byte each, and some numbers while cells merge
 Region = tuple[float, float, float, float, float, float]
 
 
@@ -107,32 +107,27 @@ class Points(Seen):
         """A degenerate triangle (n, 3) for each sample."""
         return frozen(np.repeat(np.arange(len(self.vertices)), 3).reshape(-1, 3), np.int64)
 
-    @cached_property
-    def tree(self) -> KDTree:
-        """The samples in a tree for searches."""
-        return _tree_of(self.vertices)
-
     def content(self) -> list[Any]:
         return [type(self).__name__, self.vertices, self.radius]
 
     def part(self, chosen: Bools) -> Points:
-        """Return the samples in the mask ``chosen`` (n,), with the same radius."""
-        return Points(self.vertices[chosen], self.covering, self.noise, self.calibration, self.is_estimated)
+        """Return the samples in the mask ``chosen`` (n,), at least one, with the same radius."""
+        return self.with_samples(self.vertices[chosen])
+
+    def with_samples(self, samples: Floats) -> Points:
+        """Return other ``samples`` (n, 3), finite and distinct, with the same radius."""
+        made = object.__new__(Points)
+        same = {name: getattr(self, name) for name in _TERMS}
+        made._set(vertices=samples, cells=samples[:, None], dropped=0, merged=0, **same)
+        return made
 
     def __repr__(self) -> str:
         return f"<Points: {len(self.vertices)} within {1e3 * self.radius:.3g} mm of a surface>"
 
     @cached_property
     def representatives(self) -> Floats:
-        """A point (k, 3) of every connected component of the balls.
-
-        Points in one grid cell, whose diagonal is the balls' diameter, are connected.
-        """
-        first = group_rows(self.vertices, 2.0 * self.radius / np.sqrt(3.0))[0]
-        near = _tree_of(self.vertices[first]).query_pairs(2.0 * self.radius, output_type="ndarray")
-        graph = coo_array((np.ones(len(near)), near.T), shape=(len(first), len(first)))
-        component = connected_components(graph, directed=False)[1]
-        return frozen(self.vertices[first[np.unique(component, return_index=True)[1]]])
+        """A point (k, 3) of every connected component of the balls, or of more sections."""
+        return frozen(self.vertices[components(self.vertices, self.radius)])
 
 
 class Voxels(Seen):
@@ -149,6 +144,7 @@ class Voxels(Seen):
         solid = np.asarray(occupied, dtype=bool)
         if solid.ndim != 3 or not solid.any():
             raise SceneError(f"Voxels.occupied must be an array (nx, ny, nz) with a solid cell, got {solid.shape}.")
+        require_few_cells("Voxels.occupied", solid.shape)
         if not numbers("Voxels.pitch", pitch, (), SceneError, FARTHEST) > 0:
             raise SceneError(f"Voxels.pitch must be above 0 m, got {pitch:g}.")
         corner = numbers("Voxels.origin", origin, (3,), SceneError, FARTHEST)
@@ -161,6 +157,16 @@ class Voxels(Seen):
 
     def __repr__(self) -> str:
         return f"<Voxels: {int(self.occupied.sum())} cubes of {1e3 * self.pitch:.3g} mm>"
+
+
+def require_few_cells(what: str, shape: Any) -> None:
+    """Raise :class:`SceneError` for a grid of more cells than fit into memory."""
+    if (cells := float(np.prod(np.asarray(shape, dtype=float)))) > _MOST_CELLS:
+        size = " x ".join(str(int(count)) for count in shape)
+        raise SceneError(
+            f"{what} must give at most {_MOST_CELLS:.0f} cells, got {size} = {cells:.2g}: "
+            "give larger cells, or a smaller space."
+        )
 
 
 # (12, 3) of the corners of a cube, seen from outside; a corner's number has the bits y, x, z
@@ -205,21 +211,48 @@ def split_regions(name: str, cloud: Points, placement: Floats, regions: Mapping[
     return [*([Obstacle(name, cloud.part(rest), placement)] if rest.any() else []), *made]
 
 
-def split_blocks(name: str, cloud: Points, placement: Floats, known: Iterable[Obstacle] = ()) -> list[Obstacle]:
-    """Return the cloud as obstacles of object ``name``, one per cube of a grid; reuse ``known`` blocks."""
-    same = {(item.name, *_key(item.shape, item.placement)): item for item in known if isinstance(item.shape, Points)}
-    cells = np.floor(cloud.vertices / _BLOCK).astype(np.int64)
-    first, which = group_rows(cloud.vertices, _BLOCK)
-    made = []
-    for k, start in enumerate(first):
-        block, part = f"{name}[{', '.join(map(str, cells[start].tolist()))}]", cloud.part(which == k)
-        item = same.get((block, *_key(part, placement)))
-        made.append(item or Obstacle(block, part, placement, object_id=name))
+def split_blocks(item: Obstacle, known: Iterable[Obstacle] = ()) -> list[Obstacle]:
+    """Return points or voxels as obstacles of one object, one per cube of a grid; reuse ``known`` blocks."""
+    same = {block.name: block for block in known if np.array_equal(block.placement, item.placement)}
+    seen, made = item.shape, []
+    parts = zip(*group_samples(seen, _BLOCK), strict=True) if isinstance(seen, Points) else _blocks_of_voxels(seen)
+    for cell, part in parts:
+        name = f"{item.name}[{', '.join(map(str, cell))}]"
+        old = same.get(name)
+        if old is None or not _stands_for(old.shape, seen, part):
+            shape = seen.with_samples(part) if isinstance(seen, Points) else Voxels(part[0], seen.pitch, part[1])
+            old = Obstacle(name, shape, item.placement, object_id=item.object)
+        made.append(old)
     return made
 
 
-def _key(cloud: Points, placement: Floats) -> tuple[bytes, bytes, float]:
-    return cloud.vertices.tobytes(), placement.tobytes(), cloud.radius
+def group_samples(cloud: Points, side: float) -> tuple[list[list[int]], list[Floats]]:
+    """Return the cells of a grid of ``side`` (m) that hold a sample, and the samples in each."""
+    first, which, _ = group_rows(cloud.vertices, side)
+    small = which.astype(np.uint16) if len(first) < 2**16 else which  # NumPy sorts 16 bits by their digits
+    order = np.argsort(small, kind="stable")
+    cells = np.floor(cloud.vertices[first] / side).astype(np.int64).tolist()
+    return cells, np.split(cloud.vertices[order], np.cumsum(np.bincount(which))[:-1])
+
+
+def _blocks_of_voxels(voxels: Voxels) -> Iterator[tuple[list[int], tuple[Bools, Floats]]]:
+    """Yield blocks of a grid with a solid cell: their numbers, cells and origins."""
+    size = max(1, round(_BLOCK / voxels.pitch))
+    blocks = [range(0, count, size) for count in voxels.occupied.shape]
+    for low in itertools.product(*blocks):
+        part = voxels.occupied[tuple(slice(k, k + size) for k in low)]
+        if part.any():
+            yield [k // size for k in low], (part, voxels.origin + voxels.pitch * np.array(low))
+
+
+def _stands_for(old: Shape, seen: Points | Voxels, part: Any) -> bool:
+    """Whether a block ``old`` can stand for a ``part`` of what is seen now: equal, and no smaller."""
+    if isinstance(seen, Points) and isinstance(old, Points):
+        terms = all(getattr(old, name) == getattr(seen, name) for name in _TERMS[2:])
+        return terms and seen.radius <= old.radius <= _SAME_RADIUS * seen.radius and np.array_equal(old.vertices, part)
+    if isinstance(seen, Voxels) and isinstance(old, Voxels):
+        return old.pitch == seen.pitch and np.array_equal(old.occupied, part[0]) and np.array_equal(old.origin, part[1])
+    return False
 
 
 def _tree_of(points: Floats) -> KDTree:
@@ -237,108 +270,7 @@ def estimate_covering_radius(points: Floats) -> float:
         raise SceneError(f"Points.radius must be given for {len(points)} points: an estimate needs at least 9.")
     some = points[:: max(1, len(points) // 20_000)]
     distance = _tree_of(points).query(some, k=_NEIGHBOURS + 1)[0][:, -1]
-    return float(np.quantile(distance, _QUANTILE))
-
-
-@dataclass(frozen=True, eq=False)
-class DepthImage:
-    """A depth image as obstacles: the visible surface, and the unknown space behind it.
-
-        depth = np.full((48, 64), 1.2)                                  # (h, w) m along the optical axis
-        image = planner.DepthImage(depth, (60, 60, 32, 24), planner.pose([0, 0, 0.5]))
-        scene = planner.Scene("seen", image.obstacles("camera"))
-
-    ``intrinsics`` of a pinhole camera are in pixels, also as a matrix (3, 3); ``pose`` (4, 4) places the camera in the
-    world: x right, y down, z forwards. Depths of 0, NaN or below the near one of ``limits`` (m) are holes, and a ray
-    through a hole crosses nothing; a ray with a depth beyond the far limit met nothing. ``unknown``: cells of ``pitch``
-    (m) that no ray crossed, up to the far limit, are "solid" or "free"; cells outside the view are free, or solid
-    within the far limit with "solid everywhere". Space that the robot hides stays unknown. One pixel is used per cube
-    of ``thinning`` (m).
-    """
-
-    depth: Floats
-    intrinsics: Any
-    pose: Floats
-    limits: tuple[float, float] = (0.1, 2.0)
-    noise: float = 0.0
-    calibration: float = 0.0
-    unknown: Unknown = "solid"
-    pitch: float = 0.025
-    thinning: float = 0.005
-
-    def __post_init__(self) -> None:
-        depth = plain_numbers("DepthImage.depth", self.depth, SceneError)
-        if depth.ndim != 2 or min(depth.shape) < 2:
-            raise SceneError(f"DepthImage.depth must be an array (h, w), got {depth.shape}.")
-        given = np.asarray(self.intrinsics, dtype=float)
-        if given.shape == (3, 3):
-            given = given[[0, 1, 0, 1], [0, 1, 2, 2]]
-        focal = numbers("DepthImage.intrinsics", given, (4,), SceneError)
-        near, far = self.limits
-        if not (0 < near < far and (focal[:2] > 0).all() and self.pitch > 0 and self.thinning > 0):
-            raise SceneError("DepthImage: focal lengths, pitch, thinning and limits must be above 0, near before far.")
-        with np.errstate(invalid="ignore"):
-            seen = np.where(depth >= near, np.where(depth <= far, depth, np.inf), 0.0)
-        object.__setattr__(self, "depth", seen)
-        object.__setattr__(self, "intrinsics", tuple(focal.tolist()))
-        object.__setattr__(self, "pose", frozen(placement("DepthImage.pose", self.pose, SceneError, FARTHEST)))
-
-    def obstacles(self, name: str = "camera") -> tuple[Obstacle, ...]:
-        """Return the surface ``name`` and, if there is any, the unknown space ``name_unknown``."""
-        made = [Obstacle(name, surface, self.pose)] if (surface := self.surface()) else []
-        if self.unknown != "free" and (hidden := self.unknown_space()):
-            made.append(Obstacle(f"{name}_unknown", hidden, self.pose))
-        return tuple(made)
-
-    def surface(self) -> Points | None:
-        """Return the visible surface in the camera's frame, or None if all pixels are holes.
-
-        Its covering radius is an estimate: half the diagonal of four neighbouring pixels of one surface, at the 99 %
-        quantile, plus the largest distance of an unused pixel from its representative.
-        """
-        there = (self.depth > 0) & np.isfinite(self.depth)
-        xyz = self.positions(np.where(there, self.depth, 0.0))
-        if not there.any():
-            return None
-        corners = xyz[:-1, :-1], xyz[:-1, 1:], xyz[1:, :-1], xyz[1:, 1:]
-        depths = np.stack([corner[..., 2] for corner in corners])
-        whole = (depths.min(axis=0) > 0) & (np.ptp(depths, axis=0) < _STEP * depths.max(axis=0))
-        sides = [np.linalg.norm(corners[a] - corners[b], axis=2)[whole] for a, b in ((0, 3), (1, 2))]
-        gap = 0.5 * float(np.quantile(np.maximum(*sides), _QUANTILE)) if whole.any() else self.thinning
-        points = xyz[there]
-        first, which = group_rows(points, self.thinning)
-        dropped = float(np.linalg.norm(points - points[first][which], axis=1).max())
-        return Points(points[first], gap + dropped, self.noise, self.calibration, is_estimated=True)
-
-    def positions(self, depth: Floats) -> Floats:
-        """Return where pixels of ``depth`` (h, w) m are in the camera's frame (h, w, 3), m."""
-        fx, fy, cx, cy = self.intrinsics
-        row, column = np.indices(depth.shape)
-        return np.stack([(column - cx) / fx * depth, (row - cy) / fy * depth, depth], axis=2)
-
-    def unknown_space(self) -> Voxels | None:
-        """Return the cells in the camera's frame that no ray crossed, or None without any."""
-        fx, fy, cx, cy = self.intrinsics
-        height, width = self.depth.shape
-        _, far = self.limits
-        everywhere = self.unknown == "solid everywhere"
-        ends = np.array([[-cx / fx, (width - 1 - cx) / fx], [-cy / fy, (height - 1 - cy) / fy], [0.0, 1.0]])
-        low, high = far * np.minimum(ends[:, 0], 0.0), far * np.maximum(ends[:, 1], 0.0)
-        if everywhere:
-            low, high = np.full(3, -far), np.full(3, far)
-        first, last = np.floor(low / self.pitch).astype(int), np.ceil(high / self.pitch).astype(int)
-        middle = [self.pitch * (np.arange(a, b) + 0.5) for a, b in zip(first, last, strict=True)]
-        x, y, z = np.meshgrid(*middle, indexing="ij")
-        ahead = z > 0
-        depth = np.where(ahead, z, 1.0)
-        column, row = np.rint(fx * x / depth + cx), np.rint(fy * y / depth + cy)
-        in_view = ahead & (column >= 0) & (column < width) & (row >= 0) & (row < height)
-        at = np.where(in_view, row, 0).astype(int), np.where(in_view, column, 0).astype(int)
-        reach = np.where(in_view, self.depth[at], 0.0)
-        solid = (reach < z - 0.5 * self.pitch) & in_view
-        if everywhere:
-            solid |= ~in_view & (x * x + y * y + z * z <= far * far)
-        return Voxels(solid, self.pitch, self.pitch * first) if solid.any() else None
+    return float(np.quantile(distance, QUANTILE))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -357,6 +289,8 @@ class CloudRecord(Record):
     calibration: float
     dropped: int
     """samples that were not finite"""
+    merged: int
+    """samples that equal another"""
 
     @property
     def text(self) -> str:
@@ -365,8 +299,9 @@ class CloudRecord(Record):
         words = [f"{term} {1e3 * value:.4g} mm" for term, value in terms.items()]
         words[0] += " (estimated)" if self.estimated else ""
         text = f"'{self.obstacle}' is solid within {1e3 * self.radius:.4g} mm of {self.points} points: "
-        left_out = f"; {self.dropped} samples were not finite and are left out" if self.dropped else ""
-        return text + ", ".join(words) + left_out
+        left_out = {"were not finite": self.dropped, "equal another": self.merged}
+        reasons = [f"; {count} samples {why} and are left out" for why, count in left_out.items() if count]
+        return text + ", ".join(words) + "".join(reasons)
 
 
 def record_clouds(obstacles: Iterable[Obstacle]) -> list[CloudRecord]:
@@ -385,6 +320,7 @@ def record_clouds(obstacles: Iterable[Obstacle]) -> list[CloudRecord]:
             noise=parts[0].noise,
             calibration=parts[0].calibration,
             dropped=sum(part.dropped for part in parts),
+            merged=sum(part.merged for part in parts),
         )
         for name, parts in clouds.items()
     ]

@@ -18,7 +18,8 @@ from planner.problem.request import WorldRequest
 from planner.query.query import make_checker_for
 from planner.query.resolve import contact_reason
 from planner.query.robots import attach_object, detach_object, open_cell
-from planner.robot.clouds import DepthImage, Points, Voxels, notes_on_clouds, split_blocks
+from planner.robot.clouds import Points, Voxels, notes_on_clouds, split_blocks
+from planner.robot.depth_image import DepthImage
 from planner.robot.moving import MovingObstacle
 from planner.robot.poses import pose
 from planner.robot.robot import Robot, with_carried
@@ -127,9 +128,9 @@ class LiveWorld:
     ) -> None:
         """Replace the data of the sensor ``name``, at a ``placement`` (4, 4) in the world.
 
-        Blocks of a cloud that are as before stay the same obstacles, so that nothing near them is proven again. A depth
-        image has its own placement. Where ``q`` (dof,) is given, the arm stood there, and what is within ``margin`` (m)
-        of it is left out.
+        Blocks of points or voxels that are as before stay the same obstacles, so that nothing near them is proven
+        again. A depth image has its own placement. Where ``q`` (dof,) is given, the arm stood there, and what is within
+        ``margin`` (m) of it is left out.
         """
         at = np.eye(4) if placement is None else placement
 
@@ -140,10 +141,7 @@ class LiveWorld:
                 shown = without_robot(shown, self.robot, self._require_configuration(q), margin)
             new: list[Obstacle] = []
             for item in shown:
-                if isinstance(item.shape, Points):
-                    new += split_blocks(item.name, item.shape, item.placement, old)
-                else:
-                    new.append(replace(item, object_id=name))
+                new += split_blocks(replace(item, object_id=name), old)
             others = [item for item in scene.obstacles if item.object != name]
             if repeated := {item.name for item in new} & ({item.name for item in others} | self._links()):
                 raise SceneError(f"sensor '{name}': obstacle '{min(repeated)}' is there already: take another name.")

@@ -27,7 +27,8 @@ from planner.roadmap.grow import GrowthSettings
 from planner.roadmap.roadmap import Roadmap
 from planner.roadmap.storage import load_roadmap
 from planner.robot.cell import Cell
-from planner.robot.clouds import DepthImage, Points, Voxels
+from planner.robot.clouds import Points, Voxels
+from planner.robot.depth_image import DepthImage
 from planner.robot.moving import MovingObstacle
 from planner.robot.robot import Robot
 from planner.robot.scene import Scene

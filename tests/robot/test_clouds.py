@@ -125,10 +125,10 @@ def test_every_component_of_the_balls_has_a_representative() -> None:
 
 def test_blocks_and_regions_hold_each_sample_once_and_blocks_stay_the_same() -> None:
     cloud = Points(XYZ, 0.01)
-    blocks = split_blocks("cam", cloud, np.eye(4))
+    blocks = split_blocks(Obstacle("cam", cloud, np.eye(4)))
     assert sum(len(item.shape.vertices) for item in blocks) == 60  # type: ignore[union-attr]
     moved = Points(np.vstack([XYZ, [[9.0, 9.0, 9.0]]]), 0.01)
-    again = split_blocks("cam", moved, np.eye(4), blocks)
+    again = split_blocks(Obstacle("cam", moved, np.eye(4)), blocks)
     assert [item for item in again if item not in blocks] == again[-1:]
     rest, part = split_regions("a", cloud, np.eye(4), {"b": (0, 0, 0, 0.5, 1, 1)})
     assert (part.shape.vertices[:, 0] <= 0.5).all()  # type: ignore[union-attr]
@@ -136,29 +136,43 @@ def test_blocks_and_regions_hold_each_sample_once_and_blocks_stay_the_same() -> 
 
 
 @pytest.mark.parametrize("unknown", ["solid", "solid everywhere", "free"])
-def test_space_behind_what_was_seen_is_solid_and_space_in_front_is_free(unknown: str) -> None:
-    """Against rays: on each, cells before the depth are free, cells behind it are solid up to the far limit."""
-    depth = np.full((48, 64), 1.0)
-    depth[10:30, 20:40], depth[:8, :8], depth[40:, 50:] = 0.5, 0.0, 7.0  # something nearer, a hole, and nothing
-    image = DepthImage(depth, (60, 60, 32, 24), np.eye(4), limits=(0.1, 1.5), unknown=unknown)  # type: ignore[arg-type]
+@pytest.mark.parametrize("seed", range(4))
+def test_a_cell_is_free_only_where_every_pixel_over_it_ended_behind_it(unknown: str, seed: int) -> None:
+    """Against points in the cells: the four pixels around a point of a free cell have seen farther than the point."""
+    rng = np.random.default_rng(seed)
+    height, width = int(rng.integers(20, 60)), int(rng.integers(20, 90))
+    depth = np.where(rng.random((height, width)) < 0.01, 0.0, 1.0)
+    depth[5:12, 8:15], depth[-4:, -8:] = 0.5, 7.0  # something nearer, and nothing
+    fx, fy, cx, cy = rng.uniform(20, 90), rng.uniform(20, 90), rng.uniform(0, width), rng.uniform(0, height)
+    image = DepthImage(depth, (fx, fy, cx, cy), np.eye(4), (0.1, 1.5), pitch=0.06, unknown=unknown)  # type: ignore[arg-type]
     surface = image.surface()
     assert surface is not None
     shown = image.positions(depth)[(depth > 0) & (depth < 1.5)]
-    nearest = [np.linalg.norm(surface.vertices - point, axis=1).min() for point in shown[::37]]
-    assert max(nearest) <= surface.radius
-    space = image.unknown_space() if unknown != "free" else None
+    assert max(np.linalg.norm(surface.vertices - point, axis=1).min() for point in shown[::37]) <= surface.radius
     assert [item.name for item in image.obstacles("c")] == ["c", "c_unknown"][: 1 + (unknown != "free")]
-    if space is None:
+    if unknown == "free" or (space := image.unknown_space()) is None:
         return
-    for row, column in [(20, 30), (38, 50), (2, 2), (30, 10), (45, 60)]:
-        ray = np.array([(column - 32) / 60, (row - 24) / 60, 1.0])
-        for z in np.arange(0.4, 1.45, 0.01):
-            at = np.floor((z * ray - space.origin) / space.pitch).astype(int)
-            if abs(z - depth[row, column]) > 2 * space.pitch:
-                assert space.occupied[tuple(at)] == (z > depth[row, column]), (row, column, z)
-    behind = np.floor((np.array([0.0, 0.0, -0.5]) - space.origin) / space.pitch).astype(int)
-    inside = bool((behind >= 0).all()) and space.occupied[tuple(behind)]
-    assert inside == (unknown == "solid everywhere")
+    padded = np.pad(image.depth, 1, constant_values=0.0 if unknown == "solid everywhere" else np.inf)
+    cells = np.argwhere(np.ones(space.occupied.shape, dtype=bool))[rng.permutation(space.occupied.size)[:4000]]
+    solid, low = space.occupied[tuple(cells.T)], space.origin + space.pitch * cells
+
+    def pixels(point: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        z = np.where(point[:, 2] > 1e-9, point[:, 2], np.nan)
+        column, row = fx * point[:, 0] / z + cx, fy * point[:, 1] / z + cy
+        inside = (column > -1) & (column < width) & (row > -1) & (row < height)
+        return inside, *(np.where(inside, np.floor(each), 0).astype(int) + 1 for each in (row, column))
+
+    for _ in range(10):
+        point = low + space.pitch * rng.random((len(cells), 3))
+        inside, row, column = pixels(point)
+        least = np.min([padded[row + i, column + k] for i in (0, 1) for k in (0, 1)], axis=0)
+        assert (solid | ~inside | (least >= point[:, 2])).all()
+    inside, row, column = pixels(low + 0.5 * space.pitch)
+    for k in np.flatnonzero(solid & inside & (low[:, 2] > 0.6)):  # something nearer is seen within a few pixels
+        near = padded[max(row[k] - 14, 0) : row[k] + 15, max(column[k] - 14, 0) : column[k] + 15]
+        assert near.min() < low[k, 2] + space.pitch
+    if unknown == "solid":
+        assert not solid[low[:, 2] < -1e-9].any()
 
 
 def point_cloud_bag(xyz: np.ndarray) -> bytes:

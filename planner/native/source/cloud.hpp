@@ -40,8 +40,8 @@ class CloudBuilder {
         const auto size = [&](const Section& at) { return at.count > 1 ? solid.parts[at.part].size : 0.0; };
         std::vector<Section> made{whole_};
         while (static_cast<int>(made.size()) < most) {
-            const auto largest = std::max_element(
-                made.begin(), made.end(), [&](const auto& a, const auto& b) { return size(a) < size(b); });
+            const auto largest = std::max_element(made.begin(), made.end(),
+                                                  [&](const auto& a, const auto& b) { return size(a) < size(b); });
             if (largest->count == 1) break;
             const Section at = *largest;
             const int left = at.part + 1, right = solid.parts[at.part].right, count = (right - left + 1) / 2;
@@ -81,7 +81,8 @@ class CloudBuilder {
         Box all = box_of(0);
         for (int set = 1; set < count; ++set) all.add(box_of(set));
         const Vec size = all.high - all.low;
-        const double longest = std::max(size.x, std::max(size.y, size.z)), scale = longest > 0.0 ? 2097151.0 / longest : 0.0;
+        const double longest = std::max(size.x, std::max(size.y, size.z)),
+                     scale = longest > 0.0 ? 2097151.0 / longest : 0.0;
         keys_.resize(count);
         for (int set = 0; set < count; ++set) {
             const Vec at = scale * (box_of(set).middle() - all.low);
@@ -112,8 +113,8 @@ class CloudBuilder {
         if (!other) return at.count / 2;
         for (int shift = 1; shift < 64; shift *= 2) other |= other >> shift;
         const uint64_t highest = other ^ other >> 1;
-        return static_cast<int>(std::partition_point(first, last, [=](const Key& key) { return !(key.code & highest); }) -
-                                first);
+        return static_cast<int>(
+            std::partition_point(first, last, [=](const Key& key) { return !(key.code & highest); }) - first);
     }
 
     // Make the parts of a section; return its box.
@@ -143,35 +144,90 @@ class CloudBuilder {
 
 // Groups rows of three numbers: equal ones, or those in one cubic cell of `side` (m) if above 0. Groups are numbered in
 // the order of their first rows.
-struct RowGroups {
+class RowGroups {
+   public:
+    using Key = std::array<double, 3>;
+
     std::vector<int64_t> first, which;  // first row of each group, and the group of each row
+    double spread = 0.0;                // m, largest distance of a row from the first of its group
 
     RowGroups(const double* rows, size_t count, double side) : which(count) {
-        size_t mask = 1;
-        while (mask < 2 * count) mask *= 2;
-        std::vector<int32_t> table(mask--, -1);
-        std::vector<std::array<double, 3>> keys;
+        size_t size = 1;
+        while (size < 2 * count) size *= 2;
+        table_.assign(size, -1);
         for (size_t k = 0; k < count; ++k) {
             poll_signal_at(static_cast<int64_t>(k));
-            std::array<double, 3> key;
-            uint64_t hash = 0;
-            for (int axis = 0; axis < 3; ++axis) {
-                const double x = rows[3 * k + axis];
-                key[axis] = (side > 0.0 ? std::floor(x / side) : x) + 0.0;  // -0.0 equals 0.0
-                uint64_t bits;
-                std::memcpy(&bits, &key[axis], sizeof bits);
-                hash = (hash ^ bits) * 0x9E3779B97F4A7C15u;
-                hash ^= hash >> 29;
-            }
-            size_t at = hash & mask;
-            while (table[at] >= 0 && keys[table[at]] != key) at = (at + 1) & mask;
-            if (table[at] < 0) {
-                table[at] = static_cast<int32_t>(keys.size());
-                keys.push_back(key), first.push_back(static_cast<int64_t>(k));
-            }
-            which[k] = table[at];
+            Key key;
+            for (int axis = 0; axis < 3; ++axis)  // -0.0 equals 0.0
+                key[axis] = (side > 0.0 ? std::floor(rows[3 * k + axis] / side) : rows[3 * k + axis]) + 0.0;
+            int32_t& group = table_[place_of(key)];
+            if (group < 0) group = static_cast<int32_t>(keys_.size()), keys_.push_back(key), first.push_back(k);
+            which[k] = group;
+            spread = std::max(spread, square_between(rows, k, first[group]));
         }
+        spread = std::sqrt(spread);
     }
+
+    static double square_between(const double* rows, size_t a, size_t b) {
+        const Vec apart = vec_at(rows + 3 * a) - vec_at(rows + 3 * b);
+        return dot(apart, apart);
+    }
+
+    const Key& cell(size_t group) const { return keys_[group]; }
+    // The group in a cell, or -1.
+    int find(const Key& cell) const { return table_[place_of(cell)]; }
+
+   private:
+    size_t place_of(const Key& key) const {
+        uint64_t hash = 0;
+        for (const double x : key) {
+            uint64_t bits;
+            std::memcpy(&bits, &x, sizeof bits);
+            hash = (hash ^ bits) * 0x9E3779B97F4A7C15u;
+            hash ^= hash >> 29;
+        }
+        const size_t mask = table_.size() - 1;
+        size_t at = hash & mask;
+        while (table_[at] >= 0 && keys_[table_[at]] != key) at = (at + 1) & mask;
+        return at;
+    }
+
+    std::vector<int32_t> table_;
+    std::vector<Key> keys_;
 };
+
+// The first point of every connected component of balls of `radius`, or of more sections: those in a cell whose diagonal
+// is their diameter touch, and of other cells only the first points are compared.
+inline std::vector<int64_t> first_of_components(const double* points, size_t count, double radius) {
+    const RowGroups cells(points, count, 2.0 * radius / std::sqrt(3.0));
+    const int n = static_cast<int>(cells.first.size());
+    std::vector<int> parent(n), size(n, 1);
+    std::iota(parent.begin(), parent.end(), 0);
+    const auto root = [&](int k) {
+        while (parent[k] != k) k = parent[k] = parent[parent[k]];
+        return k;
+    };
+    const auto connect = [&](int k, int reach, bool both_ways) {
+        for (int x = both_ways ? -reach : 0; x <= reach; ++x)
+            for (int y = -reach; y <= reach; ++y)
+                for (int z = -reach; z <= reach; ++z) {
+                    const RowGroups::Key& cell = cells.cell(k);
+                    const int other = cells.find({cell[0] + x, cell[1] + y, cell[2] + z});
+                    if (other < 0) continue;
+                    const int a = std::min(root(k), root(other)), b = std::max(root(k), root(other));
+                    const double apart = RowGroups::square_between(points, cells.first[k], cells.first[other]);
+                    if (a != b && apart <= 4.0 * radius * radius) parent[b] = a, size[a] += size[b];
+                }
+    };
+    for (int k = 0; k < n; ++k) poll_signal_at(k), connect(k, 1, false);
+    // neighbours join nearly all; the others look farther
+    const int largest = static_cast<int>(std::max_element(size.begin(), size.end()) - size.begin());
+    for (int k = 0; k < n; ++k)
+        if (root(k) != root(largest)) poll_signal_at(k), connect(k, 2, true);
+    std::vector<int64_t> found;
+    for (int k = 0; k < n; ++k)
+        if (parent[k] == k) found.push_back(cells.first[k]);
+    return found;
+}
 
 }  // namespace planner

@@ -117,8 +117,8 @@ struct Solid {
         std::vector<int> order(count);
         std::iota(order.begin(), order.end(), 0);
         std::vector<Ranked> ranked(count);
-        Surface{triangles, middles.data(), count, radius, solid.kept.back().get(), ranked.data()}.grow(solid, order.data(),
-                                                                                                     count);
+        Surface{triangles, middles.data(), count, radius, solid.kept.back().get(), ranked.data()}.grow(
+            solid, order.data(), count);
         return solid;
     }
 

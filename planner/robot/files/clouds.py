@@ -17,12 +17,12 @@ from planner.base.arrays import Floats
 from planner.base.errors import FileError, InstallationError, SceneError, choices, require_extra
 from planner.base.files import StrPath
 from planner.base.yamlfile import FARTHEST, Coordinate, Name, Number, Size
-from planner.robot.clouds import DepthImage, Points, Unknown, Voxels
+from planner.robot.clouds import Points, Voxels, require_few_cells
+from planner.robot.depth_image import DepthImage, Unknown
 from planner.robot.files.meshes import read_vertices
 
 OCTOMAP = "<octomap>"  # its name in MoveIt's matrices
 _POINTS = (".npy", ".npz", ".ply", ".xyz", ".pcd", ".mcap")
-_MOST_CELLS = 2e8  # of a grid, a byte each
 _VOXELS = (".npz", ".bt", ".ot")
 
 
@@ -213,8 +213,7 @@ def voxels_of_leaves(leaves: list[tuple[Any, float]], pitch: float, scale: float
     count = np.maximum(1, np.rint(sizes / pitch)).astype(int)
     first = low.min(axis=0)
     size = (low + count[:, None]).max(axis=0) - first
-    if np.prod(size.astype(float)) > _MOST_CELLS:
-        raise ValueError(f"its cells take up a grid of {size.tolist()}")
+    require_few_cells("its grid", size)
     occupied = np.zeros(size, dtype=bool)
     for (x, y, z), n in zip(low - first, count, strict=True):
         occupied[x : x + n, y : y + n, z : z + n] = True

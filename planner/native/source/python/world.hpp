@@ -260,6 +260,35 @@ inline Made<double, 2> planes(const World& world, const Rotations& rotation, con
     return normals;
 }
 
+// Which points (n,) are within `reach` (m) of a body at placed joints.
+inline Made<bool, 1> points_within(const World& world, const Rotations& rotation, const Positions& position,
+                                   const Floats<any, 3>& points, double reach) {
+    const Placements placed(world, rotation, position);
+    require(placed.n == 1 && not_negative(&reach, 1, farthest), "a reach is no distance, or there is no configuration");
+    require(within(points, points.size(), farthest), "a point is no finite number");
+    std::vector<Frame> frames(world.frame_count());
+    placed.at(0, frames.data());
+    const int count = points.count(), together = 256;
+    Made<bool, 1> near(count);
+    const auto is_near = [&](const Item& body, Solid& point) {
+        const Vec at = rotate_back(frames[body.joint].turn, point.hull.only - frames[body.joint].shift);
+        bool held = false;
+        for (int k = body.first_sphere; k < body.first_sphere + body.spheres && !held; ++k)
+            held = length(Vec{world.sphere_x[k], world.sphere_y[k], world.sphere_z[k]} - at) <= world.radii[k] + reach;
+        Vec apart = point.hull.only - frames[body.joint] * body.solid->parts[0].middle;
+        return held && solid_gap(*body.solid, &frames[body.joint], point, nullptr, apart, {reach + rounding}) <= reach;
+    };
+    share_out((count + together - 1) / together, 4,
+              [] { return Solid::of_points(std::array<double, 3>{}.data(), 1, 0.0); },
+              [&](int block, Solid& point) {
+                  for (int k = block * together; k < std::min(count, (block + 1) * together); ++k) {
+                      point.hull.only = point.parts[0].middle = vec_at(points + 3 * k), near[k] = false;
+                      for (int b = 0; b < world.bodies && !near[k]; ++b) near[k] = is_near(world.items[b], point);
+                  }
+              });
+    return near;
+}
+
 inline int first_near(const World& world, const States& q) {
     const int n = q.of({any, world.chain.dof()}).count();
     StateCheck glance(world);
@@ -461,9 +490,8 @@ inline auto walk(const World& world, const Bounds& bounds, const Coefficients& c
 }
 
 inline auto tree_path(const World& world, const Bounds& bounds, const Limits& limits, const Bools& wraps,
-                      double longest, const ToolsGiven& given, double floor, double floor_apart,
-                      const States& starts, const States& goals, double step, double look_apart, uint64_t seed,
-                      int limit) {
+                      double longest, const ToolsGiven& given, double floor, double floor_apart, const States& starts,
+                      const States& goals, double step, double look_apart, uint64_t seed, int limit) {
     const int dof = world.chain.dof();
     const auto& [lower, upper] = limits;
     const Tools tools = tools_of(world.chain, given);
@@ -486,13 +514,21 @@ inline auto tree_path(const World& world, const Bounds& bounds, const Limits& li
 inline auto group_rows(const Floats<any, 3>& rows, double side) {
     require(side >= 0.0, "the side of a cell is no length");
     const RowGroups groups(rows, rows.array.shape(0), side);
-    return std::pair{made_of(groups.first), made_of(groups.which)};
+    return std::tuple{made_of(groups.first), made_of(groups.which), groups.spread};
+}
+
+inline auto components(const Floats<any, 3>& points, double radius) {
+    require(radius > 0.0, "the radius is no length");
+    return made_of(first_of_components(points, points.array.shape(0), radius));
 }
 
 inline void bind_world(nb::module_& m) {
     m.def("group_rows", &group_rows, "rows"_a, "side"_a, at_work,
-          "Return the first row (m,) of each group of rows (n, 3), and the group (n,) of each row.\n\n"
+          "Return the first row (m,) of each group of rows (n, 3), the group (n,) of each row, and the largest\n"
+          "distance of a row from the first of its group.\n\n"
           "Equal rows are a group, or with a side above 0 rows in one cubic cell; in the order of first rows.");
+    m.def("components", &components, "points"_a, "radius"_a, at_work,
+          "Return a point (m,) of each connected component of balls of radius around points (n, 3), or of more.");
     nb::class_<Bounds>(m, "NativeBounds", "How fast pairs and bodies of one world move at most.")
         .def_prop_ro("left_out", [](const Bounds& self) {
             return copy_into(reinterpret_cast<const bool*>(self.is_static.data()),
@@ -560,6 +596,8 @@ inline void bind_world(nb::module_& m) {
         .def("planes", &planes, "rotation"_a, "position"_a, "rows"_a, "pairs"_a, "enough"_a = infinity, at_work,
              "Return normals (k, 3), not of unit length, of the best planes between the hulls of pairs.\n\n"
              "They point from the first of a pair to the second. If hulls intersect they separate nothing.")
+        .def("points_within", &points_within, "rotation"_a, "position"_a, "points"_a, "reach"_a, at_work,
+             "Return which points (n, 3) are within reach (m) of a body in one configuration, to a micrometre.")
         .def("first_near", &first_near, "q"_a, at_work,
              "Return the first configuration of (n, dof) with a pair within the margin; n if there is none.\n\n"
              "A configuration with a number that is not finite counts as near.")
@@ -606,7 +644,8 @@ inline void bind_world(nb::module_& m) {
              "domains (Yershova et al. 2005). Motions are looked at as look says, look_apart (m), and proven nowhere.\n"
              "States are drawn between limits, or from -pi to pi where a joint wraps; none is farther from the\n"
              "nearest start and the nearest goal than longest in all. Along motions the manipulability of all tools\n"
-             "(joints, points, rows) is not below floor in states that are floor_apart apart. None after limit motions,\n"
+             "(joints, points, rows) is not below floor in states that are floor_apart apart. None after limit "
+             "motions,\n"
              "or when a stop is asked for. The same seed gives the same path.");
 }
 
