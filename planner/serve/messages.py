@@ -70,7 +70,7 @@ class Check(Strict):
     """Check a chunk of joint targets, see :class:`planner.Gate`; ``want`` adds results that take longer.
 
     ``at`` (s from now) adds the positions of the proven motion at these times: chunk, stop, rest. With "slower" wanted
-    they are those of the same path in more time, where it is proven.
+    they are those of the same path in more time, where it is proven; "slowed" is its motion.
     """
 
     positions: Rows
@@ -79,7 +79,7 @@ class Check(Strict):
     times: list[Number]
     state: Now | None = None
     stop: bool = True
-    want: tuple[Literal["stop", "clearance", "slower"], ...] = ()
+    want: tuple[Literal["stop", "clearance", "slower", "slowed"], ...] = ()
     at: tuple[Number, ...] = ()
 
 
@@ -135,10 +135,34 @@ class See(PoseFile):
     margin: Number = 0.02
 
 
+class Allow(Strict):
+    """Let a link or a carried object touch an obstacle, for so many ``seconds`` or inside a ``box``."""
+
+    do: Literal["allow"]
+    link: Name
+    object: Name
+    seconds: Number | None = None
+    box: tuple[Number, Number, Number, Number, Number, Number] | None = None
+
+
+class Forbid(Strict):
+    """End the permission of a pair to touch."""
+
+    do: Literal["forbid"]
+    link: Name
+    object: Name
+
+
+class Statistics(Strict):
+    """Count the verdicts on this connection's checks in its world, and their reasons."""
+
+
 class Change(Strict):
     """Change the world of gate and planner, step by step; a wrong step changes nothing."""
 
-    changes: list[Annotated[Move | Add | Remove | Attach | Detach | See, pydantic.Field(discriminator="do")]]
+    changes: list[
+        Annotated[Move | Add | Remove | Attach | Detach | See | Allow | Forbid, pydantic.Field(discriminator="do")]
+    ]
 
 
 class Request(Strict):
@@ -151,7 +175,7 @@ class Request(Strict):
 
 
 MESSAGES: dict[str, type[Strict]] = {
-    model.__name__.lower(): model for model in (Load, Plan, Replan, Cancel, Check, Change)
+    model.__name__.lower(): model for model in (Load, Plan, Replan, Cancel, Check, Change, Statistics)
 }
 
 

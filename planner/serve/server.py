@@ -221,6 +221,8 @@ class Connection:
             return _check(gate, asked)
         if isinstance(asked, ask.Change):
             return _change(gate, asked)
+        if isinstance(asked, ask.Statistics):
+            return gate.statistics.to_dict()
         _go_on(progress.stopped)
         if isinstance(asked, ask.Replan):
             plan = session.replan(progress=progress)
@@ -305,6 +307,10 @@ def _change(gate: Gate, asked: ask.Change) -> dict[str, Any]:
             world.attach(each.name, each.frame, np.array(each.at), each.touch_links)
         elif isinstance(each, ask.Detach):
             world.detach(each.name, np.array(each.at))
+        elif isinstance(each, ask.Allow):
+            world.allow(each.link, each.object, each.seconds, each.box)
+        elif isinstance(each, ask.Forbid):
+            world.forbid(each.link, each.object)
         elif isinstance(each, ask.See):
             cloud = Points(each.points, each.radius, each.noise, each.calibration)
             world.see(each.name, cloud, each.matrix(), None if each.at is None else np.array(each.at), each.margin)
@@ -326,9 +332,11 @@ def _check(gate: Gate, asked: ask.Check) -> dict[str, Any]:
         found["stop"] = _record(verdict.stop, gate)
     if "clearance" in asked.want:
         found["clearance"] = verdict.clearance
+    if "slowed" in asked.want:
+        found["slowed"] = _record(verdict.slowed, gate)
     slower = verdict.slower if "slower" in asked.want else None
-    if "slower" in asked.want:
-        found["time_scale"] = 1.0 if slower is None else verdict.time_scale
+    if {"slower", "slowed"} & set(asked.want):
+        found["time_scale"] = verdict.time_scale or 1.0
     if asked.at:
         motion = slower or verdict
         found["positions"] = None if motion.stop is None else motion.positions_at(asked.at).tolist()

@@ -166,22 +166,24 @@ class LiveWorld:
         """
         permission = Permission.from_now(link, object, seconds, box, tool_pose(self.bare, self.bare.home).translation)
         self._require_pair(link, object)
-        if seconds is None and box is None:
-            return self._change(lambda scene: replace(scene, allowed=scene.allowed | {frozenset((link, object))}))
-        with self._changing:
-            others = (item for item in self.permissions if not item.is_of(link, object))
-            self.permissions = *others, permission
-            self.now = self.checker, next(_REVISIONS)
+        always = seconds is None and box is None
+        self._permit(link, object, always, () if always else (permission,))
 
     def forbid(self, link: str, object: str) -> None:
         """End the permission of a pair to touch; :class:`SceneError` if it has none."""
-        pair, kept = frozenset((link, object)), tuple(item for item in self.permissions if not item.is_of(link, object))
-        if pair in self.scene.allowed:
-            self._change(lambda scene: replace(scene, allowed=scene.allowed - {pair}))
-        elif len(kept) == len(self.permissions):
+        known = any(item.is_of(link, object) for item in self.permissions)
+        if not known and frozenset((link, object)) not in self.scene.allowed:
             raise SceneError(f"contact of '{link}' and '{object}' must be allowed, got none: allow it first.")
+        self._permit(link, object, False, ())
+
+    def _permit(self, link: str, object: str, always: bool, permission: tuple[Permission, ...]) -> None:
+        """Replace the permission of a pair."""
+        pair = frozenset((link, object))
+        if always is not (pair in self.scene.allowed):
+            self._change(lambda scene: replace(scene, allowed=scene.allowed ^ {pair}))
         with self._changing:
-            self.permissions, self.now = kept, (self.checker, next(_REVISIONS))
+            others = (item for item in self.permissions if not item.is_of(link, object))
+            self.permissions, self.now = (*others, *permission), (self.checker, next(_REVISIONS))
 
     def attach(
         self, name: str | Obstacle | Mapping[str, Any], frame: str, q: Floats, touch_links: Sequence[str] = ()

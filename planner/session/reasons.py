@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import threading
-from collections import Counter
 from dataclasses import asdict, dataclass
 from typing import Any, Literal
 
@@ -68,17 +67,17 @@ class Statistics:
     def __init__(self) -> None:
         self._counting = threading.Lock()
         self._verdicts = dict.fromkeys(("safe", "cut", "refused", "slowed"), 0)
-        self._reasons: Counter[Violation] = Counter()
+        self._reasons: dict[Violation, int] = {}
 
     def count(self, verdict: Outcome | Literal["slowed"], reason: Violation | None = None) -> None:
         """Count a verdict, and its reason."""
         with self._counting:
             self._verdicts[verdict] += 1
             if reason is not None:
-                self._reasons[reason] += 1
+                self._reasons[reason] = self._reasons.get(reason, 0) + 1
 
     def to_dict(self) -> dict[str, Any]:
         """Return ``verdicts``, and ``reasons`` with their ``count``, the most frequent first."""
         with self._counting:
-            verdicts, reasons = dict(self._verdicts), self._reasons.most_common()
+            verdicts, reasons = dict(self._verdicts), sorted(self._reasons.items(), key=lambda item: -item[1])
         return {"verdicts": verdicts, "reasons": [{**reason.to_dict(), "count": n} for reason, n in reasons]}

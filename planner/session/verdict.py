@@ -6,9 +6,10 @@ point and stops there, so a proven motion to rest exists at any time of the safe
 
 from __future__ import annotations
 
+import threading
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from functools import cache, partial
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -185,15 +186,31 @@ def judge_chunk(guard: Guard, points: int, rows: int, state: int, given: Floats,
     notes += (_BENT,) * (judgement.approached and rows == 3 and state == 2)
     if left := guard.rules.unchecked:
         notes += (f"limits on {choices(left)} are not checked: judged does not name them",)
-    notes += tuple(item.permission.text(guard.now) for item in guard.permits)
+    if guard.permits:
+        notes += tuple(item.permission.text(guard.now) for item in guard.permits)
     bad = _find_first_bad(guard, judgement, arrays, run, stop)
     pieces, late, why = (judgement.pieces_made, None, None) if bad is None else bad
-    slow = cache(partial(_find_slower, guard, run, rows, given[points:][: state * dof], why)) if why else _never
+    slow = _Slower(partial(_find_slower, guard, run, rows, given[points:][: state * dof], why)) if why else _never
     return Verdict(bad is None, float(times[pieces]), why, late, notes, guard.revision, guard, run, pieces, stop, slow)
 
 
 def _never() -> None:
     return None
+
+
+class _Slower:
+    """The search for a slower chunk, made once; ``functools.cache`` costs a check 10 microseconds."""
+
+    __slots__ = ("_alone", "_find", "_found", "_is_made")
+
+    def __init__(self, find: Callable[[], tuple[float, Verdict] | None]) -> None:
+        self._find, self._alone, self._is_made = find, threading.Lock(), False
+
+    def __call__(self) -> tuple[float, Verdict] | None:
+        with self._alone:
+            if not self._is_made:
+                self._found, self._is_made = self._find(), True
+        return self._found
 
 
 def _find_slower(

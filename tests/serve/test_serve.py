@@ -78,7 +78,28 @@ def test_a_check_gives_positions_of_the_proven_motion_and_of_the_slower_one(clie
         assert found["safe"] is (fast < 1.0)
         assert found["positions"] == motion.positions_at(at).tolist()
         assert found.get("time_scale") == (verdict.time_scale if wanted else None)
+    found = client.ask("check", positions=rows, times=times, state=state, want=["slowed"])
+    assert verdict.slowed is not None
+    assert [point["q"] for point in found["slowed"]["points"]] == verdict.slowed.knots().tolist()
+    assert (found["slowed"]["proven"], found["time_scale"]) == (True, verdict.time_scale)
     assert "positions" not in client.ask("check", positions=rows, times=times, state=state)
+
+
+def test_a_contact_is_allowed_and_verdicts_are_counted(client: Client) -> None:
+    away = {"positions": [[0.0, 0.0], [0.01, 0.0]], "times": [0.0, 0.5]}
+    client.ask("change", changes=[ROW])
+    assert not client.ask("check", **away)["safe"]
+    link = client.ask("check", **away)["reason"]["pair"][0]
+    for permission in ({"seconds": 60.0}, {"box": [-9, -9, -9, 9, 9, 9]}, {}):
+        client.ask("change", changes=[{"do": "allow", "link": link, "object": "post", **permission}])
+        found = client.ask("check", **away)
+        assert found["safe"]
+        assert any("may touch" in note for note in found["notes"]) is bool(permission)
+    client.ask("change", changes=[{"do": "forbid", "link": link, "object": "post"}])
+    assert not client.ask("check", **away)["safe"]
+    counts = client.ask("statistics")
+    assert counts["verdicts"] == {"safe": 3, "cut": 0, "refused": 3, "slowed": 0}
+    assert [(reason["pair"], reason["count"]) for reason in counts["reasons"]] == [([link, "post"], 3)]
 
 
 def test_a_load_answers_the_joint_limits(client: Client) -> None:
@@ -134,6 +155,10 @@ def test_gate_and_planner_know_a_change_and_each_client_has_its_own_world(addres
         ("load", {"limits": {"velocty_scale": 0.5}}, "unknown key 'limits.velocty_scale'"),
         ("load", {"robot": "nowhere"}, "robot 'nowhere' not found"),
         ("change", {"changes": [{"do": "remove", "name": "ghost"}]}, "'ghost' not found"),
+        ("change", {"changes": [{"do": "allow", "link": "link_1", "object": "ghost"}]}, "object 'ghost' not found"),
+        ("change", {"changes": [{"do": "allow", "link": "a", "object": "b", "box": [1, 2]}]}, "box"),
+        ("change", {"changes": [{"do": "forbid", "link": "link_1", "object": "b"}]}, "must be allowed, got none"),
+        ("statistics", {"since": 1}, "unknown key 'since'"),
         ("cancel", {"id": 7_000}, "request 7000 not found"),
     ],
 )

@@ -157,6 +157,10 @@ def test_a_permission_ends_with_its_time_its_object_and_on_request(monkeypatch: 
     gate.allow(*PAIR)
     assert frozenset(PAIR) in world.scene.allowed
     assert verdict_on(gate, chunk).safe
+    gate.allow(*PAIR, seconds=2.0)
+    assert (frozenset(PAIR) in world.scene.allowed, len(world.permissions)) == (False, 1)
+    gate.allow(*PAIR)
+    assert (frozenset(PAIR) in world.scene.allowed, world.permissions) == (True, ())
     gate.forbid(*PAIR)
     assert not verdict_on(gate, chunk).safe
 
