@@ -6,12 +6,14 @@ cylinder in the frame of the hand's tool, at 5 mm and turned by 90 degrees about
 not name its frame. A base may touch the tables. States that touch here are listed and left out. In turn: a roadmap of
 each robot is kept from pair to pair. Together: one tree of all joints per pair. Work stops on counts; 5 s only classify
 a plan. Both times are of the wall, on a machine with other work. Every motion is looked at by coal at each 0.1 mm of
-the motion of a point, and an optimiser searches its times for the smallest distance. Makespan and flowtime are those of
-the limits of the robot's file, and at 1 rad/s with acceleration and jerk lifted (1e4 rad/s², 1e7 rad/s³).
+the motion of a point, and an optimiser searches its times for the smallest distance. Another one searches for straight
+motions of all robots that are proven and touch, in place and length. Makespan and flowtime are those of the limits of
+the robot's file, and at 1 rad/s with acceleration and jerk lifted (1e4 rad/s², 1e7 rad/s³).
 
 Limitations. Looks are no proof; the shapes are the meshes of our Panda, and theirs are spheres.
 
-Columns. One plan. ``least_m``: the smallest distance that the optimiser found at ``tries`` times.
+Columns. One plan. ``least_m``: the smallest distance that an optimiser found in ``tries`` of a motion's times, or of
+proven motions.
 """
 
 from __future__ import annotations
@@ -28,7 +30,7 @@ import numpy as np
 
 from benchmarks import bench
 from benchmarks.attack.climb import climb
-from benchmarks.looks import motion_contact
+from benchmarks.looks import STEP, motion_contact
 from planner.base.arrays import Floats
 from planner.base.errors import FileError, OptionError
 from planner.base.progress import Progress
@@ -36,7 +38,8 @@ from planner.base.yamlfile import read_text
 from planner.batch.run import SOLVED
 from planner.cells.planner import CellPlanner
 from planner.collision.checker import CollisionChecker, contact_at
-from planner.collision.recheck import Clearance
+from planner.collision.edge_prover import EdgeProver
+from planner.collision.recheck import Clearance, sample_segment
 from planner.planning.plan import plan
 from planner.planning.result import Plan
 from planner.planning.solve import time_plan
@@ -52,7 +55,8 @@ from planner.trajectory.parts import busy_seconds, split_trajectory
 from planner.trajectory.trajectory import Trajectory
 
 METHODS = ("in turn", "together")
-LEFT_OUT = "left out"
+LEFT_OUT, ATTACK = "left out", "attack"
+Segment = tuple[Floats, Floats]  # start and delta
 _HAND = ("panda_hand", "panda_leftfinger", "panda_rightfinger")  # what may touch a rod
 _CLASS = 5.0  # s
 
@@ -107,7 +111,7 @@ def _rows(
     count = len(every) if pairs == 0 else min(pairs, len(every))
     chosen = [every[k] for k in np.linspace(0, len(every) - 1, count).round().astype(int).tolist()]
     ends = [(start, goal, method) for method in methods for start, goal in chosen]
-    ends += [(name, "", LEFT_OUT) for name in states if name not in free]
+    ends += [(name, "", LEFT_OUT) for name in states if name not in free] + [("", "", ATTACK)]
     names = "cell file start goal method nodes seed tries frame"
     return [bench.make_settings(names, file.stem, str(file), *each, nodes, seed, tries, frame) for each in ends]
 
@@ -139,6 +143,8 @@ def _measure(row: bench.Row, progress: Progress) -> dict[str, Any] | None:
     cell_planner, states = open_cell(row.file, row.nodes, row.seed, row.frame)
     if row.method == LEFT_OUT:
         return {"outcome": LEFT_OUT, "message": str(contact_at(cell_planner.checker, states[row.start]))}
+    if row.method == ATTACK:
+        return _attack_proofs(cell_planner, np.array(list(states.values())), row.tries, row.seed, progress)
     ends, begun = [joints_text(states[name]) for name in (row.start, row.goal)], time.perf_counter()
     if row.method == "in turn":
         found = cell_planner.plan(*ends, progress=progress)
@@ -161,7 +167,7 @@ def _measure(row: bench.Row, progress: Progress) -> dict[str, Any] | None:
         "flowtime_1": sum(map(busy_seconds, split_trajectory(slow, found.robot).values())),
         "contact": motion_contact(found.trajectory, found.checker),
         "contact_1": motion_contact(slow, found.checker),
-        "least_m": _attack(found.trajectory, found.checker, row.tries, row.seed, progress),
+        "least_m": _attack_times(found.trajectory, found.checker, row.tries, row.seed, progress),
     }
 
 
@@ -173,7 +179,7 @@ def _slow_limits(found: Plan) -> MotionLimits:
     )
 
 
-def _attack(motion: Trajectory, checker: CollisionChecker, tries: int, seed: int, progress: Progress) -> float:
+def _attack_times(motion: Trajectory, checker: CollisionChecker, tries: int, seed: int, progress: Progress) -> float:
     """Return the smallest distance (m) of a pair that a climb over the times of a motion finds."""
     clearance, found = Clearance(checker), [np.inf]
 
@@ -192,9 +198,42 @@ def _attack(motion: Trajectory, checker: CollisionChecker, tries: int, seed: int
     return found[0]
 
 
+def _attack_proofs(
+    cell_planner: CellPlanner, states: Floats, tries: int, seed: int, progress: Progress
+) -> dict[str, Any] | None:
+    """Search for a straight motion of all robots that is proven, and touches at a look every 0.1 mm."""
+    checker = cell_planner.checker
+    prover, clearance, least = EdgeProver(checker), Clearance(checker), [np.inf]
+    counts = {"tried": 0, "free": 0, "false_free": 0}
+
+    def begin(rng: np.random.Generator) -> Segment:
+        one, other = states[rng.integers(len(states), size=2)]
+        delta = rng.normal(size=len(one)) * 10.0 ** rng.uniform(-3.0, 0.0)
+        return one + rng.random() * (other - one) + 0.1 * rng.normal(size=len(one)) - 0.5 * delta, delta
+
+    def step(case: Segment, size: float, rng: np.random.Generator) -> Segment:
+        start, delta = case
+        return start + 0.3 * size * rng.normal(size=len(start)), delta + 0.3 * size * rng.normal(size=len(start))
+
+    def score(cases: Sequence[Segment]) -> list[float]:
+        values = []
+        for start, delta in cases:
+            free = bool(prover.free(start, delta)[0])
+            near = float(clearance(start + np.linspace(0.0, 1.0, 9)[:, None] * delta).min())
+            counts["tried"] += 1
+            counts["free"] += free
+            counts["false_free"] += free and sample_segment(checker, start, delta, STEP) is not None
+            least[0] = min(least[0], near) if free else least[0]
+            values.append(-near - (not free))
+        return values
+
+    done = climb(tries, np.random.default_rng(seed), begin, step, score, progress)
+    return {"outcome": ATTACK, "least_m": least[0], **counts} if done else None
+
+
 def tables(rows: Sequence[bench.Row]) -> list[str]:
     """A line per cell and method, and the states that are left out."""
-    plans = [row for row in rows if row.method != LEFT_OUT]
+    plans = [row for row in rows if row.method in METHODS]
     columns: dict[str, bench.Pick] = {
         "plans": len,
         "solved": lambda some: sum(row.outcome == SOLVED for row in some),
@@ -212,6 +251,8 @@ def tables(rows: Sequence[bench.Row]) -> list[str]:
     lines = bench.table(plans, ["cell", "method"], columns)
     ways = {"plans": len, "median (s)": bench.middle("seconds")}
     lines += bench.table(plans, ["cell", "method", "how"], ways)
+    attacks = [row for row in rows if row.method == ATTACK]
+    lines += bench.row_table(attacks, ["cell", "method"], ["tried", "free", "false_free", "least_m"])
     return lines + [f"- left out: {row.cell}, {row.start}: {row.message}" for row in rows if row.method == LEFT_OUT]
 
 
@@ -220,9 +261,11 @@ def fault(row: bench.Row) -> str:
     where = f"{row.cell}, {row.start} to {row.goal}, {row.method}"
     if row.contact or row.contact_1:
         return f"CONTACT: {where}: {row.contact or row.contact_1}"
-    if row.outcome not in (SOLVED, LEFT_OUT):
+    if row.method not in METHODS:
+        return f"FALSE: {row.cell}: {row.false_free} motions are proven and touch" if row.false_free else ""
+    if row.outcome != SOLVED:
         return f"{where}: {row.message}"
-    return "" if row.proven or row.outcome == LEFT_OUT else f"not proven: {where}"
+    return "" if row.proven else f"not proven: {where}"
 
 
 BENCH = bench.Bench("cells", __doc__, tables, fault=fault)

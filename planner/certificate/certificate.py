@@ -124,6 +124,7 @@ def verify(folder: Path, world: World) -> str:
     verdict = checker.check(folder, source if source.suffix == ".urdf" else None)
     config = json.loads((folder / "plan.json").read_bytes())["config"]
     named = f"robot {quote(config.get('robot'))}, scene {quote(config.get('scene'))}"
+    named = f"cell {quote(config['cell'])}" if config.get("cell") else named
     return f"{verdict}\nRobot, scene and the pairs left out equal, number by number, those of plan.json: {named}."
 
 

@@ -11,7 +11,7 @@ from typing_extensions import Doc
 from planner.cli.common import Debug, Json
 from planner.cli.terminal import say
 
-Format = Literal["plan", "sweep", "scene", "robot", "serve"]
+Format = Literal["plan", "sweep", "scene", "cell", "robot", "serve"]
 
 
 def robots(json: Json = False, debug: Debug = False) -> int:
@@ -117,6 +117,8 @@ def _schema(file: Format) -> dict[str, Any]:
         from planner.tradeoff.result import SweepRecord as model
     elif file == "scene":
         from planner.robot.scene import SceneFile as model
+    elif file == "cell":
+        from planner.robot.cell import CellFile as model
     else:
         from planner.robot.files.robot_files import RobotFile as model
     return pydantic.TypeAdapter(model).json_schema(mode="validation")

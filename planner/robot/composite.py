@@ -22,14 +22,14 @@ from planner.robot.robot import Robot, part_bodies
 def combine_robots(name: str, parts: Mapping[str, Robot]) -> Robot:
     """Return the robot of ``parts`` by prefix; its configurations are theirs one after the other.
 
-    Its tool, and the rows of its Jacobian, are those of the first part. Raises :class:`RobotError` for names that two
-    parts share, and for parts with a payload: attach it to the composite.
+    Its tools are those of all parts with the same rows of the Jacobian as the first, so w is the least of theirs.
+    Raises :class:`RobotError` for names that two parts share. Payload is attached to the composite.
     """
     if twice := find_duplicates(prefix + name for prefix, robot in parts.items() for name in _names(robot)):
         raise RobotError(
             f"prefixes must keep names apart, got {quote(twice[0])} twice: give each robot its own prefix."
         )
-    prefixes, robots = list(parts), list(parts.values())
+    robots = list(parts.values())
     first, model = robots[0], pin.Model()
     for prefix, robot in parts.items():
         model = pin.appendModel(model, _with_prefix(robot.model, prefix), 0, pin.SE3.Identity())
@@ -39,6 +39,9 @@ def combine_robots(name: str, parts: Mapping[str, Robot]) -> Robot:
         for prefix, robot in parts.items()
     ]
     pairs = [each for each in disabled if each is not None]
+
+    alike = [(prefix, robot) for prefix, robot in parts.items() if robot.jacobian_rows == first.jacobian_rows]
+    tools = tuple(prefix + tool for prefix, robot in alike for tool in robot.tools)
 
     def rows(field: str) -> Floats:
         return frozen(np.concatenate([getattr(robot, field) for robot in robots]))
@@ -51,7 +54,8 @@ def combine_robots(name: str, parts: Mapping[str, Robot]) -> Robot:
         upper=rows("upper"),
         velocity=rows("velocity"),
         continuous=frozen(np.concatenate([robot.continuous for robot in robots]), np.bool_),
-        tool=prefixes[0] + first.tool,
+        tool=tools[0],
+        other_tools=tools[1:],
         home=rows("home"),
         jacobian_rows=first.jacobian_rows,
         measure=first.measure,

@@ -59,8 +59,11 @@ def check_clouds(rows: Rows) -> None:
 def check_cells(rows: Rows) -> None:
     left_out = [row for row in rows if row["method"] == "left out"]
     assert [(row["start"], row["message"]) for row in left_out] == [("touch", "'a_panda_link5' and 'b_panda_link5'")]
-    plans = [row for row in rows if row["method"] != "left out"]
-    assert {row["method"] for row in plans} == {"in turn", "together"}
+    (attack,) = [row for row in rows if row["method"] == "attack"]
+    assert 0 < int(attack["free"]) < int(attack["tried"]) == 24
+    assert attack["false_free"] == "0"
+    plans = [row for row in rows if row["method"] in ("in turn", "together")]
+    assert len({row["method"] for row in plans}) == 2
     assert {(row["outcome"], row["proven"], row["contact"], row["contact_1"]) for row in plans} == {
         ("solved", "True", '""', '""')
     }

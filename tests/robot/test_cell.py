@@ -102,6 +102,13 @@ def world_between(world: World, cell: Cell) -> World:
     return world.only(np.concatenate([np.zeros(world.checked.size, dtype=bool), between]))
 
 
+def test_manipulability_is_the_least_of_the_parts(cell: Cell) -> None:
+    q = np.random.default_rng(2).uniform(cell.robot.lower, cell.robot.upper, (20, cell.robot.dof))
+    parts = [cell.robots[name].manipulability(q[:, columns]) for name, columns in cell.columns.items()]
+    assert np.allclose(cell.robot.manipulability(q), np.min(parts, axis=0))
+    assert 0 < np.argmin(parts, axis=0).sum() < 20
+
+
 def test_limits_are_those_of_the_parts(cell: Cell) -> None:
     whole = MotionLimits.from_robot(cell.robot)
     for name, columns in cell.columns.items():
