@@ -11,8 +11,8 @@ import logging
 import time
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import asdict, dataclass
-from typing import TYPE_CHECKING, Any, Literal, NamedTuple
+from dataclasses import asdict, dataclass, replace
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
@@ -39,18 +39,6 @@ CURVED = "the lines between these rows are not proven"
 LAST = "the stop that was proven last goes on"
 
 
-class _Found(NamedTuple):
-    """Targets (n, dof), for each the row of the chunk (n,) whose other columns it takes, and the verdict."""
-
-    targets: Floats
-    rows: Ints
-    outcome: Outcome
-    safe_until: float
-    reason: str | None
-    proven: bool
-    notes: tuple[str, ...] = ()
-
-
 @dataclass(frozen=True, eq=False)
 class Filtered:
     """``actions`` to send, in the shape and units in which they came, and the verdict.
@@ -64,7 +52,7 @@ class Filtered:
     safe_until: float
     reason: str | None
     proven: bool
-    notes: tuple[str, ...]
+    notes: tuple[str, ...] = ()
 
     def to_dict(self) -> dict[str, Any]:
         """Return the verdict as plain data, without the actions."""
@@ -133,8 +121,10 @@ class ActionFilter:
             self._velocity, self._notes = (q - before[1]) / (now - before[0]), (DIFFERENCES,)
         start, sent = self._start, self._sent
         self._start, self._sent = None, np.zeros((0, len(q)))
-        # of several rows the one under way is not known
-        if start is not None and len(sent) == 1 and np.abs(sent[0] - q).max() <= self._tracking:
+        if start is None or len(sent) != 1:  # of several rows the one under way is not known
+            return
+        usable = (self._gate.lower <= sent[0]) & (sent[0] <= self._gate.upper) & (np.abs(sent[0] - q) <= self._tracking)
+        if usable.all():
             self._start, self._notes = (sent[0], (sent[0] - start[0]) * self._fps), (COMMAND,)
 
     def judge(self, actions: Any) -> Filtered:
@@ -154,15 +144,16 @@ class ActionFilter:
         try:
             self._start, clipped = self._find_start(self._seen[1])
             notes += clipped
-            found = self._decide(self.joint_map.to_joints(numbers("actions", rows, rows.shape)), self._start)
+            targets = self.joint_map.to_joints(numbers("actions", rows, rows.shape))
+            found, taken = self._decide(targets, self._start, given.ndim == 3)
         except PlannerError as error:
             self._start = self._start or (self._seen[1], self._velocity)
-            found = self._hold(len(rows), self._start[0], str(error))
-        self._sent = np.vstack([self._sent, found.targets])
+            found, taken = self._hold(len(rows), self._start[0], str(error))
+        self._sent = np.vstack([self._sent, found.actions])
         self._count(found)
-        values = given if found.outcome == "safe" else self.joint_map.replace(rows[found.rows], found.targets)
+        values = given if found.outcome == "safe" else self.joint_map.replace(rows[taken], found.actions)
         shape = given.shape if given.ndim == 2 else (1, -1, width)
-        return Filtered(values.reshape(shape), *found[2:6], (*notes, *found.notes))
+        return replace(found, actions=values.reshape(shape), notes=(*notes, *found.notes))
 
     def _forget(self) -> None:
         self._seen: tuple[float, Floats] | None = None
@@ -185,41 +176,48 @@ class ActionFilter:
             )
         return (inside, self._velocity), (BEYOND,) if off.any() else ()
 
-    def _decide(self, targets: Floats, start: Start) -> _Found:
-        """Return the motion for targets (k, dof) after the rows that were sent."""
+    def _decide(self, targets: Floats, start: Start, growing: bool) -> tuple[Filtered, Ints]:
+        """Return the motion for targets (k, dof) after the rows that were sent, as positions (n, dof), rad.
+
+        With it comes, for each row, the target (n,) whose other columns it takes. Only a ``growing`` chunk may have
+        more rows than targets.
+        """
         done, count = len(self._sent), len(targets)
         slow = self._slow and not done  # rows that were sent cannot be slowed
-        more = int(count * _SLOWEST if slow and self._retime else self._fps)  # 1 s of a stop that may have to go on
+        retime = self._retime and growing
+        more = int(count * _SLOWEST if slow and retime else self._fps)  # 1 s of a stop that may have to go on
         chunk, times = np.vstack([self._sent, targets]), np.arange(1, done + count + more + 1) / self._fps
         answer = self._gate.judge(chunk, times[: len(chunk)], start, times, slow)
         ahead, kept, every = answer.positions, count, np.arange(count)
         if ahead is None and not answer.safe:
             return self._hold(count, self._sent[-1] if done else start[0], f"{answer.reason}; no stop is proven")
         if ahead is not None and answer.time_scale > 1.0:
-            kept = int(np.ceil(count * answer.time_scale)) if self._retime else count
+            kept = int(np.ceil(count * answer.time_scale)) if retime else count
             if self._gate.is_free(ahead[:kept], times[:kept], start):  # corners of the path are cut between rows
-                rows = np.ceil(np.arange(1, kept + 1) / answer.time_scale - 1e-9).astype(np.int64) - 1
-                return _Found(ahead[:kept], rows, "slowed", answer.safe_until, answer.reason, True, answer.notes)
+                rows = (
+                    np.minimum(np.ceil(np.arange(1, kept + 1) / answer.time_scale - 1e-9), count).astype(np.int64) - 1
+                )
+                return Filtered(ahead[:kept], "slowed", answer.safe_until, answer.reason, True, answer.notes), rows
             answer = self._gate.judge(chunk, times[: len(chunk)], start, times, False)
             ahead = answer.positions
             if ahead is None:
                 return self._hold(count, start[0], f"{answer.reason}; no stop is proven")
         self._backup = ahead[done + 1 :] if ahead is not None and count == 1 else self._backup[:0]
         if answer.safe or ahead is None:
-            return _Found(targets, every, "safe", answer.safe_until, None, True, answer.notes)
+            return Filtered(targets, "safe", answer.safe_until, None, True, answer.notes), every
         lines = np.vstack([self._sent, ahead[done : done + count]])
         proven = self._gate.is_free(lines, times[: len(lines)], start)
         notes = answer.notes if proven else (*answer.notes, CURVED)
-        return _Found(lines[done:], every, "cut", answer.safe_until, answer.reason, proven, notes)
+        return Filtered(lines[done:], "cut", answer.safe_until, answer.reason, proven, notes), every
 
-    def _hold(self, count: int, q: Floats, reason: str) -> _Found:
+    def _hold(self, count: int, q: Floats, reason: str) -> tuple[Filtered, Ints]:
         """Return the rest of the last proven stop of single actions, else ``q`` (dof,) repeated."""
         if count == 1 and len(self._backup):
             row, self._backup = self._backup[:1], self._backup[1:]
-            return _Found(row, np.arange(1), "cut", 0.0, reason, False, (LAST,))
-        return _Found(np.tile(q, (count, 1)), np.arange(count), "held", 0.0, reason, False)
+            return Filtered(row, "cut", 0.0, reason, False, (LAST,)), np.arange(1)
+        return Filtered(np.tile(q, (count, 1)), "held", 0.0, reason, False), np.arange(count)
 
-    def _count(self, found: _Found) -> None:
+    def _count(self, found: Filtered) -> None:
         """Count, and log each change of outcome or reason once."""
         self.counts[found.outcome] += 1
         if found.reason is not None:

@@ -30,6 +30,14 @@ class _Step(ProcessorStep):
             )
         return self.filter
 
+    def _with_verdict(self, transition: Any, action: Any, found: Filtered) -> Any:
+        """Return the transition with the action, and verdict and counts in info and complementary data."""
+        verdict = found.to_dict() | {"counts": dict(self._filter.counts)}
+        new = {**transition, TransitionKey.ACTION: action}
+        for key in (TransitionKey.INFO, TransitionKey.COMPLEMENTARY_DATA):
+            new[key] = {**(transition.get(key) or {}), KEY: verdict}
+        return new
+
     def reset(self) -> None:
         """Forget the episode."""
         if self.filter is not None:
@@ -63,7 +71,7 @@ class GateChunk(_Step):
         action = transition[TransitionKey.ACTION]
         found = self._filter.judge(_array(action))
         safe = action if found.outcome == "safe" else action.new_tensor(found.actions)
-        return _with_verdict(transition, safe, found)
+        return self._with_verdict(transition, safe, found)
 
 
 @ProcessorStepRegistry.register("planner_gate_action")
@@ -83,20 +91,13 @@ class GateAction(_Step):
         self._filter.observe([float(observation[name]) for name in names])
         found = self._filter.judge([[float(action[name]) for name in names]])
         new = {} if found.outcome == "safe" else dict(zip(names, found.actions[0].tolist(), strict=True))
-        return _with_verdict(transition, {**action, **new}, found)
+        return self._with_verdict(transition, {**action, **new}, found)
 
 
 def add_gate(preprocessor: Any, postprocessor: Any, actions: ActionFilter) -> None:
     """Put :class:`GateState` first into a preprocessor and :class:`GateChunk` last into a postprocessor."""
     preprocessor.steps = [GateState(actions), *preprocessor.steps]
     postprocessor.steps = [*postprocessor.steps, GateChunk(actions)]
-
-
-def _with_verdict(transition: Any, action: Any, found: Filtered) -> Any:
-    new = {**transition, TransitionKey.ACTION: action}
-    for key in (TransitionKey.INFO, TransitionKey.COMPLEMENTARY_DATA):
-        new[key] = {**(transition.get(key) or {}), KEY: found.to_dict()}
-    return new
 
 
 def _array(values: Any) -> Any:

@@ -9,7 +9,7 @@ import pytest
 from planner.base.errors import ArrayError, OptionError, StateError
 from planner.collision.coal import CoalChecker
 from planner.lerobot import ActionFilter, Filtered
-from planner.lerobot.action_filter import BEYOND, COMMAND, DIFFERENCES, FIRST
+from planner.lerobot.action_filter import BEYOND, COMMAND, DIFFERENCES, FIRST, LAST
 from planner.session.gate import Gate
 from tests.lerobot.conftest import FPS, NAMES, Make, chunk_to
 
@@ -74,6 +74,8 @@ def test_a_chunk_that_is_too_fast_is_slowed_and_the_gripper_with_it(make: Make, 
     dropped = observed(make(), HOME).judge(chunk)
     np.testing.assert_array_equal(dropped.actions, found.actions[:, :3])
     assert observed(make(unsafe="stop"), HOME).judge(chunk).outcome == "cut"
+    one = observed(make(rest="retime"), HOME).judge(chunk[:, 0])
+    assert (one.outcome, one.actions.shape) == ("slowed", (1, 6)), "one action stays one"
 
 
 def test_single_actions_without_an_observation_between_them_are_one_chunk(make: Make) -> None:
@@ -149,6 +151,56 @@ def test_joints_a_little_beyond_their_limits(make: Make, gate: Gate) -> None:
     assert (far.outcome, far.proven) == ("held", False)
     assert "state of joint 'shoulder_pan' must be in" in str(far.reason)
     np.testing.assert_allclose(far.actions[0, :, :5], np.tile(state[:5], (5, 1)))
+
+
+@pytest.mark.parametrize("unsafe", ["slow", "stop"])
+@pytest.mark.parametrize("rest", ["drop", "retime"])
+def test_rows_that_are_called_proven_are_free_and_within_limits(unsafe: str, rest: str, make: Make, gate: Gate) -> None:
+    """Random motions of an arm that moves already; among them each outcome."""
+    rng, robot = np.random.default_rng(3), gate.robot
+    seen = set[str]()
+    for count in rng.choice([1, 3, 10], size=25).tolist():
+        q = rng.uniform(robot.lower, robot.upper) * [0.3, 0.9, 0.8, 0.9, 0.9]
+        speed = rng.normal(size=5) * rng.choice([0.0, 1.0, 3.0])
+        steps = np.cumsum(rng.normal(size=(count, 5)), axis=0) * rng.choice([0.02, 0.2])
+        states = np.degrees([q - speed / FPS, q])
+        chunk = np.pad(np.degrees(q + steps), ((0, 0), (0, 1)))[None]
+        found = observed(make(unsafe=unsafe, rest=rest), *np.pad(states, ((0, 0), (0, 1)))).judge(chunk)
+        seen.add(found.outcome)
+        assert found.proven == (found.outcome != "held")
+        if found.proven:
+            path = lines(found, np.append(states[1], 0.0), fine=60)
+            assert_free(gate, path)
+            assert np.abs(np.diff(path, axis=0)).max() * 60 * FPS <= 10.0 * (1 + 1e-5)
+            assert ((path[1:] >= robot.lower - 1e-6) & (path[1:] <= robot.upper + 1e-6)).all()
+    assert seen >= {"safe", "cut"} | ({"slowed"} if unsafe == "slow" else {"held"})
+
+
+def test_an_arm_that_was_moved_back_within_its_limits_goes_on(make: Make, gate: Gate) -> None:
+    """What was held beyond them is no command to start from."""
+    upper = np.degrees(gate.robot.upper[0])
+    actions = observed(make(), HOME + np.array([upper + 2.0, 0, 0, 0, 0, 0]))
+    assert actions.judge(chunk_to(upper - 2, 1)[:, 0]).outcome == "held"
+    found = observed(actions, HOME + np.array([upper - 1.0, 0, 0, 0, 0, 0])).judge(chunk_to(upper - 2, 1)[:, 0])
+    assert found.outcome == "safe"
+
+
+def test_the_last_proven_stop_goes_on_if_the_gate_does_not_answer(make: Make, gate: Gate) -> None:
+    actions, where = observed(make(unsafe="stop"), HOME), [0.0]
+    for pan in (-4.0, -8.0, -12.0):
+        where.append(actions.judge(chunk_to(pan, 1)[:, 0]).actions[0, 0])
+        actions.observe(HOME + np.array([where[-1], 0, 0, 0, 0, 0]))
+    rows = [actions.judge(np.full((1, 6), np.nan))]
+    for _ in range(20):
+        actions.observe(HOME + np.array([rows[-1].actions[0, 0], 0, 0, 0, 0, 0]))
+        rows.append(actions.judge(np.full((1, 6), np.nan)))
+    pans = np.array([where[-1], *(row.actions[0, 0] for row in rows)])
+    assert (rows[0].outcome, rows[0].proven, LAST in rows[0].notes) == ("cut", False, True)
+    steps = -np.diff(pans)
+    assert (np.diff(steps) <= 1e-9).all(), "it brakes"
+    assert 2.0 < steps[0] < 4.0
+    assert abs(steps[-1]) < 1e-9
+    assert_free(gate, np.radians(np.outer(np.linspace(pans[0], pans[-1], 200), [1, 0, 0, 0, 0])))
 
 
 @pytest.mark.parametrize("bad", [np.nan, np.inf, 1e12])

@@ -80,6 +80,7 @@ def test_a_pair_in_a_policys_pipelines(steps: Any, make: Make) -> None:
         assert "wall" in done[key]["planner_gate"]["reason"]
     assert done["action"].values.shape == (1, 30, 6)
     assert done["action"].values[0, -1, 0] > -40.0
+    assert done["info"]["planner_gate"]["counts"] == {"safe": 1, "cut": 1}
     after.steps[-1].reset()
     with pytest.raises(StateError, match=r"observation\.state must come before"):
         after.steps[-1](safe)
