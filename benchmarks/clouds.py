@@ -49,7 +49,8 @@ from planner.planning.plan import plan
 from planner.problem.request import PlanRequest, RoadmapRequest
 from planner.problem.targets import joints_text
 from planner.query.query import Query, make_query
-from planner.robot.clouds import DepthImage, Points, split_regions
+from planner.robot.clouds import Points, split_regions
+from planner.robot.depth_image import DepthImage
 from planner.robot.scene import Scene
 from planner.robot.shapes import Box, Cylinder, Mesh, Obstacle, Shape, Sphere
 
@@ -202,14 +203,14 @@ def take_image(scene: Scene, base: Floats, unknown: Any) -> tuple[DepthImage, Fl
     right = np.cross(ahead, [0, 0, 1]) / np.linalg.norm(np.cross(ahead, [0, 0, 1]))
     camera[:3, :3] = np.column_stack([right, np.cross(ahead, right), ahead])
     rng, corner = np.random.default_rng(0), intrinsics[2:]
-    pixels = np.stack(np.meshgrid(np.arange(0, width, 0.25), np.arange(0, height, 0.25)), axis=2)
+    pixels = np.stack(np.meshgrid(np.arange(0, width, 0.5), np.arange(0, height, 0.5)), axis=2)
     rays = np.concatenate([(pixels - corner) / intrinsics[:2], np.ones((*pixels.shape[:2], 1))], axis=2)
     true = ray_depths(scene, camera[:3, 3], rays.reshape(-1, 3) @ camera[:3, :3].T).reshape(pixels.shape[:2])
-    depth = true[::4, ::4] + np.clip(_NOISE * rng.normal(size=(height, width)), -2 * _NOISE, 2 * _NOISE)
+    depth = true[::2, ::2] + np.clip(_NOISE * rng.normal(size=(height, width)), -2 * _NOISE, 2 * _NOISE)
     depth[rng.random(depth.shape) < 0.02] = 0.0
     for row, column in zip(rng.integers(height, size=5), rng.integers(width, size=5), strict=True):
         depth[row : row + 12, column : column + 12] = 0.0
-    there = (depth > 0).repeat(4, axis=0).repeat(4, axis=1) & (true < far)
+    there = (depth > 0).repeat(2, axis=0).repeat(2, axis=1) & (true < far)
     image = DepthImage(np.minimum(depth, 10.0), intrinsics, camera, (0.1, far), 2 * _NOISE, unknown=unknown)
     return image, (rays * true[..., None])[there]
 
@@ -265,9 +266,10 @@ def sample_surfaces(scene: Scene, samples: int, spacing: float) -> tuple[Floats,
 def _thin(points: Floats, spacing: float) -> np.ndarray:
     """Return which points (n,) stay when each drops all later ones that are nearer than ``spacing`` (m)."""
     stay, tree = np.ones(len(points), dtype=bool), KDTree(points)
-    for k, near in enumerate(tree.query_ball_point(points, spacing)):
+    for k, point in enumerate(points):
         if stay[k]:
-            stay[[j for j in near if j > k]] = False
+            near = np.array(tree.query_ball_point(point, spacing))
+            stay[near[near > k]] = False
     return stay
 
 

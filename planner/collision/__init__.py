@@ -5,13 +5,13 @@ from functools import lru_cache
 
 from planner.base.errors import OptionError, choices
 from planner.collision.checker import CollisionChecker
+from planner.collision.self_filter import prepare_scene
 from planner.collision.self_pairs import generate_disabled_pairs
 from planner.collision.world import World
 from planner.constraints.path_constraints import require_bound
 from planner.problem.conditions import Condition, read_conditions
 from planner.problem.request import WorldRequest
 from planner.robot.robot import Robot
-from planner.robot.robot_in_scene import resolve_frames
 from planner.robot.scene import Scene
 
 BACKENDS = ("fcl", "coal")
@@ -36,7 +36,7 @@ def make_checker(
     WorldRequest(margin=margin)  # refuses a margin out of range
     require_bound(conditions, robot)
     disabled = generate_disabled_pairs(robot, kind) if robot.disabled_pairs is None else robot.disabled_pairs
-    return kind(World.from_scene(robot, resolve_frames(Scene.load(scene), robot), disabled, margin, conditions))
+    return kind(World.from_scene(robot, prepare_scene(Scene.load(scene), robot), disabled, margin, conditions))
 
 
 def second_checker(checker: CollisionChecker) -> CollisionChecker:

@@ -1,4 +1,4 @@
-"""Removal of the robot's own points from a cloud."""
+"""Removal of the robot's own points from what sensors saw."""
 
 from collections.abc import Iterable
 from dataclasses import replace
@@ -6,12 +6,14 @@ from dataclasses import replace
 import numpy as np
 
 from planner.base.arrays import Bools, Floats
+from planner.base.errors import Note
 from planner.collision.bounding_volumes import hull_of
 from planner.collision.bounds import ClearanceBound
 from planner.collision.world import World
 from planner.kinematics.forward import Chain, joint_placements
-from planner.robot.clouds import Points, Voxels
+from planner.robot.clouds import Points, Voxels, notes_on_clouds
 from planner.robot.robot import Robot
+from planner.robot.robot_in_scene import resolve_frames, state_seen
 from planner.robot.scene import Scene
 from planner.robot.shapes import Mesh, Obstacle
 from planner.robot.solids import solid_of
@@ -56,3 +58,30 @@ def without_robot(seen: Iterable[Obstacle], robot: Robot, q: Floats, margin: flo
         else:
             remaining.append(item)
     return tuple(remaining)
+
+
+def prepare_scene(scene: Scene, robot: Robot) -> Scene:
+    """Return the scene in its own frame, without what sensors saw of the robot and what it carries.
+
+    Notes count what is left out. Raises :class:`SceneError` for an unknown frame, or a state that is not joint values.
+    """
+    scene = resolve_frames(scene, robot)
+    if not any(item.seen_at for item in scene.obstacles):
+        return scene
+    others, stale = [], notes_on_clouds(scene.obstacles)
+    notes = [note for note in scene.notes if note not in stale]
+    for item in scene.obstacles:
+        margin, before = item.self_filter, _count(item)
+        q = state_seen(item, robot, scene) if item.seen_at else None
+        rest = (item,) if q is None else without_robot((replace(item, seen_at=""),), robot, q, margin)
+        others += rest
+        if own := before - sum(map(_count, rest)):
+            text = f"{own} of {before} points or cells of '{item.name}' are left out: they are within "
+            notes.append(Note(f"{text}{1e3 * margin:g} mm of the robot at {item.seen_at}.", grave=False))
+    return replace(scene, obstacles=tuple(others), notes=tuple(notes))
+
+
+def _count(item: Obstacle) -> int:
+    """Return the number of points or solid cells; 0 for other shapes."""
+    shape = item.shape
+    return len(shape.vertices) if isinstance(shape, Points) else int(np.count_nonzero(getattr(shape, "occupied", ())))

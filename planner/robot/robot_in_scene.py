@@ -9,11 +9,13 @@ import numpy as np
 from planner.base.arrays import Floats, frozen
 from planner.base.errors import Note, RobotError, SceneError, choices
 from planner.base.yamlfile import quote, suggest_name
-from planner.robot.clouds import Seen
+from planner.kinematics.forward import tool_pose
+from planner.problem.targets import HOME, Joints, follow_names, joints_text, parse_target
+from planner.robot.clouds import Seen, record_clouds
 from planner.robot.files.clouds import OCTOMAP
-from planner.robot.robot import Robot, frame_of_carried
+from planner.robot.robot import Robot, frame_of_carried, with_tool
 from planner.robot.scene import Scene
-from planner.robot.shapes import Carried, Mesh, bounding_box
+from planner.robot.shapes import Carried, Mesh, Obstacle, bounding_box
 from planner.robot.solids import is_watertight
 
 _SAME = 1e-6  # m, and of a matrix's entries
@@ -21,12 +23,12 @@ _FAR = 50.0  # times the arm's length: millimetres read as metres are 1000 times
 _SHORT = 0.5  # m: minimum length in this test, because a hand may stand in a hall
 
 
-def placement_of_frame(frame: str, robot: Robot, scene: Scene, what: str) -> Floats:
+def placement_of_frame(frame: str, robot: Robot, scene: Scene, what: str, at: Floats | None = None) -> Floats:
     """Return the placement (4, 4) of a frame in the scene's own frame.
 
     Searched in order: fixed frames of the scene, names of the scene's own frame, links of the robot that do not move. A
-    parent that all fixed frames share is the scene's own frame unless a link has that name. Raises :class:`SceneError`
-    about ``what`` for unknown frames.
+    parent that all fixed frames share is the scene's own frame unless a link has that name. In the state ``at`` (dof,)
+    links that move have a placement too. Raises :class:`SceneError` about ``what`` for unknown frames.
     """
     fixed = {} if scene.message is None else scene.message.frames
     if frame in fixed:
@@ -38,11 +40,13 @@ def placement_of_frame(frame: str, robot: Robot, scene: Scene, what: str) -> Flo
     if frame in links and links[frame].parentJoint == 0:
         return frozen(links[frame].placement.homogeneous)
     here = f"frame '{robot.world_frame or 'world'}'"
+    if frame in links and at is not None:
+        return frozen(tool_pose(with_tool(robot, frame), at).homogeneous)
     if frame in links:
         raise SceneError(f"{what} is given in frame {quote(frame)}, which moves with the arm; give it in {here}.")
     if {parent for parent, _ in fixed.values()} - {"", *links} == {frame}:
         return frozen(np.eye(4))
-    known = [*fixed, *(name for name, each in links.items() if each.parentJoint == 0)]
+    known = [*fixed, *(name for name, each in links.items() if each.parentJoint == 0 or at is not None)]
     raise SceneError(
         f"{what} is given in frame {quote(frame)}{suggest_name(frame, known)}, which neither the scene's "
         f"fixed_frame_transforms nor the robot place; give it in {here}."
@@ -55,19 +59,38 @@ def resolve_frames(scene: Scene, robot: Robot) -> Scene:
     if not any(item.frame for item in (*scene.obstacles, *scene.carried)):
         return scene
     placed = {
-        item.frame: placement_of_frame(
-            item.frame, robot, scene, f"object {quote(item.object)} of scene {quote(scene.name)}"
+        (item.frame, item.seen_at): placement_of_frame(
+            item.frame,
+            robot,
+            scene,
+            f"object {quote(item.object)} of scene {quote(scene.name)}",
+            state_seen(item, robot, scene) if item.seen_at else None,
         )
         for item in scene.obstacles
     }
     return replace(
         scene,
         obstacles=tuple(
-            replace(item, placement=frozen(placed[item.frame] @ item.placement), frame="") if item.frame else item
+            replace(item, placement=frozen(placed[item.frame, item.seen_at] @ item.placement), frame="")
+            if item.frame
+            else item
             for item in scene.obstacles
         ),
         carried=tuple(_in_link(item, robot) for item in scene.carried),
     )
+
+
+def state_seen(item: Obstacle, robot: Robot, scene: Scene) -> Floats:
+    """Return the joint values (dof,) of ``item.seen_at``; :class:`SceneError` for another kind of state."""
+    named = {name: joints_text(values) for name, values in robot.states.items()} | {HOME: joints_text(robot.home)}
+    (text, *_) = follow_names(item.seen_at, {**named, **scene.states_of(robot.name)})
+    target = parse_target(text)
+    if not isinstance(target, Joints) or len(target.values) != robot.dof:
+        raise SceneError(
+            f"obstacle {quote(item.name)}: seen_at must be q: and {robot.dof} joint values, or a state of these, got "
+            f"{quote(item.seen_at)}: give the state of '{robot.name}' when the sensor saw."
+        )
+    return np.array(target.values)
 
 
 def _require_consistent_frames(scene: Scene, robot: Robot) -> None:
@@ -122,13 +145,18 @@ def _robot_notes(robot: Robot) -> Iterator[Note]:
 
 
 def _scene_notes(scene: Scene) -> Iterator[Note]:
-    """Yield notes on open meshes, and on moving obstacles, which only planning in time considers."""
+    """Yield notes on open meshes, points that may be touched, and obstacles that move."""
     for item in scene.obstacles:
         if isinstance(item.shape, Mesh) and not isinstance(item.shape, Seen) and not is_watertight(item.shape):
             yield Note(
                 f"mesh '{item.name}' is not closed, or its triangles do not all face in one direction: contacts of "
                 "its surface are detected, objects inside it are not."
             )
+    for cloud in record_clouds(scene.obstacles):
+        touching = {name for pair in scene.allowed if cloud.obstacle in pair for name in pair - {cloud.obstacle}}
+        if touching:
+            text = f"{choices(sorted(touching))} may touch the {cloud.points} points of '{cloud.obstacle}'."
+            yield Note(text, grave=False)
     if scene.moving:
         names = choices(item.name for item in scene.moving)
         yield Note(f"{names} move: timed motions are planned and checked among them, paths without times are not.")

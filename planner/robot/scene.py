@@ -5,7 +5,7 @@ from __future__ import annotations
 import itertools
 import os
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import reduce
 from operator import or_
 from pathlib import Path
@@ -34,8 +34,8 @@ from planner.base.yamlfile import (
 from planner.problem.conditions import AND, read_conditions
 from planner.problem.options import EMPTY, SceneLike
 from planner.problem.targets import TURN
-from planner.robot.clouds import notes_on_clouds, split_regions
-from planner.robot.files.clouds import DepthFile, PointsFile, build_depth_image, build_points, read_voxels
+from planner.robot.clouds import notes_on_clouds
+from planner.robot.files.clouds import SEEN, SensorFile, read_cells, read_seen
 from planner.robot.files.meshes import collada_notes, read_mesh
 from planner.robot.moving import LONGEST, KnownMotion, MovingObstacle, require_times
 from planner.robot.poses import pose, quaternion_of
@@ -88,8 +88,11 @@ class _ObstacleItem(PoseFile):
             require_times([pose.t for pose in self.motion])
             if placed := {"position", "rpy", "quaternion", "speed_limit"} & self.model_fields_set:
                 raise ValueError(f"give a motion or a {min(placed)}, not both")
-        elif getattr(self, "type", "") in _SEEN and not {"position", "rpy", "quaternion"} & self.model_fields_set:
-            raise ValueError("give the pose of the sensor, position: [0, 0, 0] where its numbers are the world's")
+        elif getattr(self, "type", "") in SEEN:
+            if not {"position", "rpy", "quaternion", "frame"} & self.model_fields_set:
+                raise ValueError("give the pose of the sensor, position: [0, 0, 0] where its numbers are the world's")
+            if "self_filter" in self.model_fields_set and not getattr(self, "seen_at", ""):
+                raise ValueError("give seen_at, the state of the robot when the sensor saw it")
         return self
 
 
@@ -108,7 +111,6 @@ class _MeshFile:
 
 
 _SHAPES = {"box": Box, "sphere": Sphere, "cylinder": Cylinder, "capsule": Capsule, "mesh": _MeshFile}
-_SEEN = {"points": PointsFile, "voxels": _MeshFile, "depth": DepthFile}
 
 
 def _models_by_shape(thing: type[PoseFile], name: str, shapes: Mapping[str, Any] = _SHAPES) -> Any:
@@ -122,7 +124,7 @@ def _models_by_shape(thing: type[PoseFile], name: str, shapes: Mapping[str, Any]
     return Annotated[reduce(or_, models), pydantic.Field(discriminator="type")]
 
 
-ObstacleFile: TypeAlias = _models_by_shape(_ObstacleItem, "", _SHAPES | _SEEN)  # pyright: ignore[reportInvalidTypeForm]
+ObstacleFile: TypeAlias = _models_by_shape(_ObstacleItem, "", _SHAPES | SEEN)  # pyright: ignore[reportInvalidTypeForm]
 CarriedFile: TypeAlias = _models_by_shape(_CarriedItem, "Carried")  # pyright: ignore[reportInvalidTypeForm]
 
 
@@ -252,22 +254,19 @@ def _shape(item: ObstacleFile | CarriedFile, folder: Path) -> Shape:
     match item.type:
         case "mesh":
             return read_mesh(folder / item.file, item.scale)
-        case "voxels":
-            return read_voxels(folder / item.file, item.scale)
-        case "points":
-            return build_points(item, folder)
+        case "voxels" | "points":
+            return read_cells(item, folder)
     shape = _SHAPES[item.type]
     return shape(*(getattr(item, key) for key in get_type_hints(shape)))
 
 
 def read_obstacle(item: ObstacleFile, folder: Path = Path()) -> list[Obstacle | MovingObstacle]:
     """Return the obstacle of a file in ``folder``; of a depth image the surface and the unknown space."""
-    if item.type == "depth":
-        if item.motion or item.speed_limit:
-            raise SceneError(f"obstacle '{item.name}': a depth image must stand, got a motion or a speed limit.")
-        return [*build_depth_image(item, folder, item.matrix()).obstacles(item.name)]
-    if item.type == "points" and item.regions:
-        return [*split_regions(item.name, build_points(item, folder), item.matrix(), item.regions)]
+    if item.type == "depth" and (item.motion or item.speed_limit):
+        raise SceneError(f"obstacle '{item.name}': a depth image must stand, got a motion or a speed limit.")
+    if item.type in SEEN and not item.motion:
+        how = {key: getattr(item, key) for key in ("speed_limit", *get_type_hints(SensorFile))}
+        return [replace(each, **how) for each in read_seen(item, folder, item.matrix())]
     if not item.motion:
         return [Obstacle(item.name, _shape(item, folder), item.matrix(), speed_limit=item.speed_limit)]
     motion = KnownMotion([pose.t for pose in item.motion], [pose.matrix() for pose in item.motion])

@@ -153,6 +153,9 @@ class Obstacle(_PlacedShape):
     With a ``speed_limit`` (m/s) it may move from time 0 on, no point faster than that: proofs of paths hold for its
     placement, and the proof of a trajectory gives the time until which any such motion is safe. ``frame`` is the frame
     of ``placement``, empty for the world; :func:`planner.robot.robot_in_scene.resolve_frames` resolves it.
+
+    What a sensor saw while the robot stood in the state ``seen_at`` loses what is within ``self_filter`` (m) of the
+    robot and what it carries, and its frame may be a link of the arm.
     """
 
     name: str
@@ -161,6 +164,8 @@ class Obstacle(_PlacedShape):
     object_id: str | None = None
     speed_limit: float = 0.0  # m/s
     frame: str = ""
+    seen_at: str = ""  # a named state, or q: and joint values
+    self_filter: float = 0.02  # m
 
 
 @dataclass(frozen=True, eq=False)

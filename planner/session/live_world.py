@@ -12,7 +12,7 @@ from planner.base.arrays import Floats, is_placement, numbers
 from planner.base.errors import Note, SceneError, StateError, choices
 from planner.base.yamlfile import FARTHEST, validate
 from planner.collision.checker import CollisionChecker
-from planner.collision.self_filter import without_robot
+from planner.collision.self_filter import prepare_scene, without_robot
 from planner.kinematics.forward import tool_pose
 from planner.problem.request import WorldRequest
 from planner.query.query import make_checker_for
@@ -23,7 +23,6 @@ from planner.robot.depth_image import DepthImage
 from planner.robot.moving import MovingObstacle
 from planner.robot.poses import pose
 from planner.robot.robot import Robot, with_carried
-from planner.robot.robot_in_scene import resolve_frames
 from planner.robot.scene import PoseFile, Scene, build_obstacles
 from planner.robot.shapes import Carried, Obstacle
 from planner.session.permissions import Permission
@@ -50,7 +49,7 @@ class LiveWorld:
         """The checker and its revision, which grows with every change and is unique in the process."""
         self.permissions: tuple[Permission, ...] = ()
         """Contacts that gates allow for a time or in a region."""
-        self._change(lambda _: resolve_frames(scene, self.bare))
+        self._change(lambda _: prepare_scene(scene, with_carried(self.bare, scene.carried)))
 
     @property
     def checker(self) -> CollisionChecker:

@@ -1,7 +1,9 @@
 """Proofs among clouds against coal, which sees every ball as a sphere and every cuboid as a box."""
 
 from collections import Counter
+from collections.abc import Callable
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -9,16 +11,22 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from planner import Points, Robot, Voxels
+from planner.base.errors import SceneError
 from planner.base.polynomials import evaluate
 from planner.collision import BACKENDS, make_checker
 from planner.collision.checker import is_free
 from planner.collision.coal import CoalChecker
 from planner.collision.edge_prover import EdgeProver, Verdict
 from planner.collision.self_filter import points_on_robot, without_robot
-from planner.kinematics.forward import Chain, joint_placements
+from planner.kinematics.forward import Chain, joint_placements, tool_pose
+from planner.problem.request import WorldRequest
+from planner.query.query import make_checker_for
+from planner.robot.clouds import split_regions
 from planner.robot.poses import pose
+from planner.robot.robot import with_carried
+from planner.robot.robot_in_scene import notes
 from planner.robot.scene import Scene
-from planner.robot.shapes import Body, Box, Obstacle, Shape, Sphere
+from planner.robot.shapes import Body, Box, Carried, Obstacle, Shape, Sphere
 from planner.session.session import Session
 from tests.coal_judge import CoalWorld
 from tests.random_shapes import QUICK, random_curves, random_pose
@@ -131,6 +139,77 @@ def test_the_robots_own_points_are_left_out_and_no_others() -> None:
     assert 3 < left_out.sum() < 290
     (item,) = without_robot([Obstacle("a", Points(points, 1e-3), np.eye(4))], robot, q, margin)
     assert len(item.shape.vertices) == (~left_out).sum()  # type: ignore[union-attr]
+
+
+def write_hand_camera(folder: Path, more: str = "") -> Path:
+    """A scene whose camera is on the hand: it saw a board, the arm, and the cup in the hand, from the state "look"."""
+    look = np.array([0.3, 0.5, 0, -1.2, 0.2, 0.8, 0])
+    robot, rng = load("iiwa14"), np.random.default_rng(0)
+    hand = tool_pose(robot, look).homogeneous
+    inside = [tool_pose(robot, look).act(np.array([0, 0, z])) for z in (0.0, 0.1)]
+    board = np.column_stack([rng.uniform(0.3, 0.7, 200), rng.uniform(-0.4, -0.2, 200), np.zeros(200)])
+    world = np.vstack([board, *inside])
+    np.save(folder / "seen.npy", (world - hand[:3, 3]) @ hand[:3, :3])
+    path = folder / "hand.yaml"
+    path.write_text(
+        "obstacles:\n  - {name: camera, type: points, file: seen.npy, radius: 0.01, frame: flange, seen_at: look, "
+        f"self_filter: 0.03{more}}}\n"
+        "carried:\n  - {name: cup, type: sphere, radius: 0.05, link: flange, position: [0, 0, 0.1]}\n"
+        f"states: {{iiwa14: {{look: 'q:{','.join(map(str, look))}'}}}}\n"
+    )
+    return path
+
+
+def make_query_scene(path: Path) -> Scene:
+    return make_checker_for(WorldRequest(robot="iiwa14", scene=path)).world.scene
+
+
+@pytest.mark.parametrize("opened", [make_query_scene, lambda path: Session("iiwa14", path).scene])
+def test_a_scene_file_leaves_out_the_arm_and_its_load_and_places_a_camera_on_the_hand(
+    opened: Callable[[Path], Scene], tmp_path: Path
+) -> None:
+    scene = opened(write_hand_camera(tmp_path, ", regions: {tray: [-9, -9, -9, 9, 9, 9]}"))
+    (tray,) = scene.obstacles
+    points = tray.shape.vertices @ tray.placement[:3, :3].T + tray.placement[:3, 3]  # type: ignore[union-attr]
+    assert len(points) == 200
+    np.testing.assert_allclose(points[:, 2], 0.0, atol=1e-12)
+    (note,) = [note.text for note in scene.notes if "left out" in note.text]
+    assert note == "2 of 202 points or cells of 'tray' are left out: they are within 30 mm of the robot at look."
+    assert not any("202 points:" in note.text for note in scene.notes)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "sentence"),
+    [
+        ("seen_at: look, self_filter: 0.03", "position: [0, 0, 0]", "'flange', which moves with the arm"),
+        (
+            "seen_at: look",
+            "seen_at: 'q:1,2'",
+            "seen_at must be q: and 7 joint values, or a state of these, got 'q:1,2'",
+        ),
+        ("seen_at: look", "seen_at: lok", "seen_at must be q: and 7 joint values"),
+        ("seen_at: look, ", "", "give seen_at, the state of the robot when the sensor saw it"),
+        ("frame: flange", "frame: flage", "frame 'flage'.*'flange'.*which neither"),
+    ],
+)
+def test_a_sensor_without_a_usable_frame_or_state_is_refused(old: str, new: str, sentence: str, tmp_path: Path) -> None:
+    path = write_hand_camera(tmp_path)
+    path.write_text(path.read_text().replace(old, new))
+    with pytest.raises(SceneError, match=sentence):
+        make_query_scene(path)
+
+
+def test_a_declared_region_may_be_touched_and_the_rest_may_not() -> None:
+    """A hand that puts its load down on a tray, a region of the cloud, whose points count in the notes."""
+    q = np.array([0.3, 0.5, 0, -1.2, 0.2, 0.8, 0])
+    robot = with_carried(load("iiwa14"), (Carried("flange", "cup", Sphere(0.05), pose([0, 0, 0.1])),))
+    under = tool_pose(load("iiwa14"), q).act(np.array([0.0, 0, 0.15]))
+    cloud, box = Points([[3.0, 3, 3], under], 0.02), (*(under - 0.01), *(under + 0.01))
+    items = split_regions("scan", cloud, np.eye(4), {"tray": box})
+    for allowed, free in ((frozenset[frozenset[str]](), False), (frozenset({frozenset(("tray", "cup"))}), True)):
+        scene = Scene("seen", tuple(items), allowed=allowed)
+        assert is_free(make_checker(robot, scene), q) == free
+        assert ("cup may touch the 1 points of 'tray'." in [note.text for note in notes(robot, scene)]) == free
 
 
 def test_a_session_that_sees_equals_a_session_that_begins_with_what_was_seen() -> None:

@@ -4,6 +4,7 @@ Formats: NPY, NPZ, PLY, XYZ, PCD, PointCloud2 in MCAP, octomaps, 16-bit PNG.
 """
 
 import os
+from collections.abc import Sequence
 from dataclasses import dataclass, fields
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -17,9 +18,10 @@ from planner.base.arrays import Floats
 from planner.base.errors import FileError, InstallationError, SceneError, choices, require_extra
 from planner.base.files import StrPath
 from planner.base.yamlfile import FARTHEST, Coordinate, Name, Number, Size
-from planner.robot.clouds import Points, Voxels, require_few_cells
+from planner.robot.clouds import Points, Voxels, require_few_cells, split_regions
 from planner.robot.depth_image import DepthImage, Unknown
 from planner.robot.files.meshes import read_vertices
+from planner.robot.shapes import Obstacle
 
 OCTOMAP = "<octomap>"  # its name in MoveIt's matrices
 _POINTS = (".npy", ".npz", ".ply", ".xyz", ".pcd", ".mcap")
@@ -30,8 +32,25 @@ _Length = Annotated[Number, pydantic.Field(ge=0, le=FARTHEST)]
 _Scale = Annotated[Number, pydantic.Field(ge=1e-9, le=1e9)]
 
 
+@dataclass(frozen=True, kw_only=True)
+class SensorFile:
+    """The keys of what a sensor saw: its frame, and the state of the robot then."""
+
+    frame: str = Obstacle.frame
+    seen_at: str = Obstacle.seen_at
+    self_filter: _Length = Obstacle.self_filter
+
+
 @dataclass(frozen=True)
-class PointsFile:
+class VoxelsFile(SensorFile):
+    """The keys of voxels in a scene file."""
+
+    file: str
+    scale: _Scale = 1.0
+
+
+@dataclass(frozen=True)
+class PointsFile(SensorFile):
     """The keys of points in a scene file."""
 
     file: str
@@ -43,7 +62,7 @@ class PointsFile:
 
 
 @dataclass(frozen=True)
-class DepthFile:
+class DepthFile(SensorFile):
     """The keys of a depth image in a scene file."""
 
     file: str
@@ -57,15 +76,27 @@ class DepthFile:
     thinning: Size = DepthImage.thinning
 
 
-def build_points(item: Any, folder: Path) -> Points:
-    """Return the points of an item with the keys of :class:`PointsFile`; its file is in ``folder``."""
+SEEN = {"points": PointsFile, "voxels": VoxelsFile, "depth": DepthFile}
+
+
+def read_cells(item: Any, folder: Path) -> Points | Voxels:
+    """Return the points or voxels of an item, whose keys ``SEEN`` lists; its file is in ``folder``."""
+    if item.type == "voxels":
+        return read_voxels(folder / item.file, item.scale)
     return Points(read_points(folder / item.file, item.scale), item.radius, item.noise, item.calibration)
 
 
-def build_depth_image(item: Any, folder: Path, pose: Floats) -> DepthImage:
-    """Return the depth image of an item with the keys of :class:`DepthFile`, at a ``pose`` (4, 4)."""
-    settings = {field.name: getattr(item, field.name) for field in fields(DepthFile)[3:]}
-    return DepthImage(read_depth(folder / item.file, item.scale), item.intrinsics, pose, **settings)
+def read_seen(item: Any, folder: Path, pose: Floats) -> Sequence[Obstacle]:
+    """Return the obstacles of an item at a ``pose`` (4, 4); a depth image has unknown space too."""
+    if item.type == "depth":
+        given = {field.name for field in fields(DepthFile)} & {field.name for field in fields(DepthImage)}
+        settings = {name: getattr(item, name) for name in given - {"intrinsics"}}
+        image = DepthImage(read_depth(folder / item.file, item.scale), item.intrinsics, pose, **settings)
+        return image.obstacles(item.name)
+    shape = read_cells(item, folder)
+    if isinstance(shape, Points) and item.regions:
+        return split_regions(item.name, shape, pose, item.regions)
+    return [Obstacle(item.name, shape, pose)]
 
 
 def read_points(path: StrPath, scale: float = 1.0) -> Floats:
