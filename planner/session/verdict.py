@@ -92,7 +92,10 @@ class Verdict:
 
     @property
     def clearance(self) -> float | None:
-        """The smallest distance (m) along the safe pieces, to a tenth; None if nothing can touch."""
+        """The smallest distance (m) along the safe pieces, to a tenth; None if nothing can touch.
+
+        Pairs that are allowed to touch do not count.
+        """
         chunk, n = self._run(), self._pieces
         nearest = nearest_on_pieces(chunk.coefficients[:n], chunk.times[: n + 1], self._guard.checker) if n else None
         return None if nearest is None else nearest.min
@@ -113,8 +116,11 @@ class Verdict:
         slower = self.slower
         if slower is None:
             return None
-        chunk, rows = slower._run(), slower._run().coefficients.shape[1] // 2
-        columns = (chunk.knots[:, order] for order in range(rows))
+        chunk = slower._run()
+        first, rows = chunk.coefficients[0], len(chunk.coefficients[0]) // 2
+        columns = np.moveaxis(chunk.knots[:, :rows], 1, 0).copy()
+        units = np.array([1.0, 1.0, 2.0])[:rows] / chunk.seconds[0] ** np.arange(rows)
+        columns[:, 0] = first[:rows] * units[:, None]  # the first knot can be the robot's state near it
         joints = self._guard.checker.robot.joints
         return self._record(Trajectory.from_points(joints, chunk.times, *columns, time_law="slowed"))
 
@@ -219,7 +225,8 @@ def _find_slower(
     """Return the first scale of time with a proof, and the verdict on that chunk; None without one."""
     chunk, dof = run(), guard.native.dof
     is_led = len(state) > 0 and chunk.approach is None
-    if is_led and rows == 3 and len(state) == 2 * dof:  # the cubic to the first point, as a quintic
+    is_rough = is_led and rows == 3 and len(state) == 2 * dof
+    if is_rough:  # the cubic to the first point, as a quintic
         state = np.append(state, 2.0 * chunk.coefficients[0, 2] / chunk.seconds[0] ** 2)
     speed = np.abs(chunk.knots[:2, 1]).max(axis=0)
     for scale in SCALES:
@@ -234,7 +241,7 @@ def _find_slower(
             verdict = judge_chunk(guard, len(times), rows, len(state) // dof, given, True)
             if verdict.reason is None:
                 guard.statistics.count("slowed")
-                return scale, verdict
+                return scale, replace(verdict, notes=(*verdict.notes, *(_BENT,) * is_rough))
             why = verdict.reason
     return None
 

@@ -152,3 +152,27 @@ def test_statistics_count_what_threads_check() -> None:
     texts = Counter(str(v.reason) for v in verdicts if v.reason)
     assert {item["text"]: item["count"] for item in reasons} == texts
     assert [item["count"] for item in reasons] == sorted(texts.values(), reverse=True)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("start", ["no state", "a first point at 0 s", "no acceleration"])
+def test_a_slower_motion_starts_where_the_chunk_does(kind: str, start: str) -> None:
+    chunk = towards_the_wall(kind, -0.5, 0.36)
+    columns, named = [chunk.knots[:, order] for order in range(KINDS.index(kind) + 1)], {"times": chunk.times}
+    if start == "a first point at 0 s":
+        named["state"] = tuple(chunk.knots[0] + 1e-3)
+    if start == "no acceleration":
+        columns, named = [rows[1:] for rows in columns], {"times": chunk.times[1:], "state": tuple(chunk.knots[0, :2])}
+    verdict = walled().check(*columns, **named)  # pyright: ignore[reportArgumentType]
+    assert not verdict.safe
+    slowed, slower = verdict.slowed, verdict.slower
+    assert slowed is not None
+    assert slower is not None
+    np.testing.assert_allclose(slowed.knots()[[0, -1]], chunk.knots[[0, -1], 0], atol=1e-12)
+    if kind != "lines":
+        np.testing.assert_allclose(slowed.knots(1)[0], chunk.knots[0, 1], atol=1e-12)
+    t = np.linspace(0.0, slowed.duration, 60)
+    np.testing.assert_allclose(slower.positions_at(t), slowed.at(t), atol=1e-9)
+    assert any("no acceleration" in note for note in slower.notes) is (
+        kind == "quintics" and start == "no acceleration"
+    )
