@@ -92,9 +92,9 @@ class PlannerNode(Node):
             self._listen(String, "robot_description", self._take_description, _KEPT, slow)
 
     @property
-    def is_ready(self) -> bool:
-        """Whether the robot is known."""
-        return self._world is not None
+    def gate(self) -> Gate | None:
+        """The gate in the world that cameras see; None until the robot is known."""
+        return None if self._world is None else self._world[0]
 
     def close(self) -> None:
         """End a running plan soon."""
@@ -116,21 +116,25 @@ class PlannerNode(Node):
 
         def take(message: Any) -> None:
             try:
-                self._say(topic, act(message))
+                sentence = act(message)
             except PlannerError as error:
-                self._say(topic, str(error))
+                sentence = str(error)
             except Exception:
                 self.get_logger().error(f"{topic}: the node failed on a message\n{traceback.format_exc()}")
+                return
+            if sentence is None:
+                self._last_words.pop(topic, None)
+            elif quality is not _SENSOR or sentence != self._last_words.get(topic):  # sensors repeat their faults
+                self._say(topic, sentence)
 
         self.create_subscription(kind, topic, take, quality, callback_group=group)
 
-    def _say(self, topic: str, sentence: str | None) -> None:
-        """Publish a sentence, if any, and log it unless the topic's last message had the same fault."""
-        if sentence is not None:
-            self._reasons.publish(String(data=sentence))
-            if self._last_words.get(topic) != sentence:
-                self.get_logger().warning(f"{topic}: {sentence}")
-        self._last_words[topic] = sentence or ""
+    def _say(self, topic: str, sentence: str) -> None:
+        """Publish a sentence, and log it unless it is the topic's last one."""
+        self._reasons.publish(String(data=sentence))
+        if sentence != self._last_words.get(topic):
+            self.get_logger().warning(f"{topic}: {sentence}")
+        self._last_words[topic] = sentence
 
     def _now(self) -> float:
         return self.get_clock().now().nanoseconds / 1e9

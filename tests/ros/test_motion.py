@@ -104,5 +104,21 @@ def test_the_rest_of_a_motion_is_checked_and_stopped_when_the_world_changes(
         assert stop.proven == (judge.first_contact(rows) is None)
 
 
+@pytest.mark.parametrize("columns", [1, 2, 3])
+def test_a_stop_without_a_proof_follows_the_curve_and_says_so(columns: int) -> None:
+    given, times, state = make_chunk(0, columns, first=0.0)
+    limits = planner.MotionLimits.from_robot(ROBOT, planner.LimitsRequest(acceleration=8.0))
+    gate, t = planner.Gate(ROBOT, "empty", judged=["position", "velocity", "acceleration"], limits=limits), 0.3
+    motion = make_motion(ROBOT.joints, given, times, state, gate.check(*given, times=times, state=state))
+    assert motion is not None
+    put_disc(gate, replay(motion, state, np.array([t + 0.06]))[0])
+    stop = stop_motion(gate, motion, t)
+    assert not stop.proven
+    curve = replay(motion, state, np.linspace(t, end_of(motion), 5000))
+    rows = replay(stop, [curve[0], motion_velocity(motion, t)], np.linspace(0.0, end_of(stop), 100))
+    assert np.abs(rows[:, None] - curve).max(axis=2).min(axis=1).max() < 1e-3
+    assert np.allclose(rows[-1], rows[-2], atol=1e-3)
+
+
 def motion_velocity(motion: Motion, t: float) -> Floats:
     return next(motion.rest(t))[2][1]
