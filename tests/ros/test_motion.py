@@ -27,8 +27,9 @@ def make_chunk(seed: int, columns: int, first: float) -> tuple[list[Floats], Flo
 
 
 def open_gate(obstacle_at: Floats | None = None) -> planner.Gate:
-    """A gate on velocities and positions, with a disc where the tool is at a configuration."""
-    gate = planner.Gate(ROBOT, "empty", judged=["position", "velocity"])
+    """A gate, with a disc where the tool is at a configuration."""
+    limits = planner.MotionLimits.from_robot(ROBOT, planner.LimitsRequest(acceleration=50.0, jerk=5000.0))
+    gate = planner.Gate(ROBOT, "empty", limits=limits)
     if obstacle_at is not None:
         put_disc(gate, obstacle_at)
     return gate
@@ -88,7 +89,7 @@ def test_the_rest_of_a_motion_is_checked_and_stopped_when_the_world_changes(
     motion = make_motion(ROBOT.joints, given, times, state, gate.check(*given, times=times, state=state))
     assert motion is not None
     end, instants = end_of(motion), np.random.default_rng(seed).uniform(0.0, 0.4, 4)
-    for t in [*instants, times[1] - 1e-6, end - 1e-3]:
+    for t in [*instants, times[1] - 2e-9, times[1] - 1e-6, end - 1e-3]:
         assert check_rest(gate, motion, t) is None
     assert check_rest(gate, motion, end + 1.0) is None
     put_disc(gate, given[0][-1])
