@@ -7,6 +7,7 @@ from .base.resources import __version__ as __version__
 from .cells.planner import CellPlanner as CellPlanner
 from .collision import make_checker as make_checker
 from .collision.checker import CollisionChecker as CollisionChecker
+from .collision.self_filter import without_robot as without_robot
 from .gabf.path import paths_from as paths_from
 from .planning.follow import follow as follow
 from .planning.plan import plan as plan

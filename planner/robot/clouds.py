@@ -29,6 +29,8 @@ _NEIGHBOURS, QUANTILE = 8, 0.99  # of a grid of points the 8th neighbour is twic
 _TERMS = ("radius", "covering", "noise", "calibration", "is_estimated")  # of the radius of points
 _LARGE = 50.0  # m: a cloud of more is likely in millimetres
 _BLOCK = 0.5  # m: of a cloud that changes, what is proven again together
+_MOST_SIDES = 32
+_SECTION = 0.1  # m: of representatives that a test of enclosure can leave out together
 _SAME_RADIUS = 1.25  # ratio up to which a block keeps a larger radius: estimates vary a little between images
 _MOST_CELLS = 5e7  # of a grid: a byte each, and some numbers while cells merge
 Region = tuple[float, float, float, float, float, float]
@@ -126,8 +128,9 @@ class Points(Seen):
 
     @cached_property
     def representatives(self) -> Floats:
-        """A point (k, 3) of every connected component of the balls, or of more sections."""
-        return frozen(self.vertices[components(self.vertices, self.radius)])
+        """A point (k, 3) of every connected component of the balls, or of more; neighbours in sequence."""
+        points = self.vertices[components(self.vertices, self.radius)]
+        return frozen(points[np.argsort(group_rows(points, _SECTION)[1], kind="stable")])
 
 
 class Voxels(Seen):
@@ -227,7 +230,12 @@ def split_blocks(item: Obstacle, known: Iterable[Obstacle] = ()) -> list[Obstacl
 
 
 def group_samples(cloud: Points, side: float) -> tuple[list[list[int]], list[Floats]]:
-    """Return the cells of a grid of ``side`` (m) that hold a sample, and the samples in each."""
+    """Return the cells of a grid of ``side`` (m) that hold a sample, and the samples in each.
+
+    In a cloud of more than 32 sides, as of one in millimetres, cells are larger by a power of two.
+    """
+    low, high = column_bounds(cloud.vertices)
+    side *= 2.0 ** np.ceil(np.log2(max(1.0, float((high - low).max()) / (_MOST_SIDES * side))))
     first, which, _ = group_rows(cloud.vertices, side)
     small = which.astype(np.uint16) if len(first) < 2**16 else which  # NumPy sorts 16 bits by their digits
     order = np.argsort(small, kind="stable")
@@ -237,7 +245,7 @@ def group_samples(cloud: Points, side: float) -> tuple[list[list[int]], list[Flo
 
 def _blocks_of_voxels(voxels: Voxels) -> Iterator[tuple[list[int], tuple[Bools, Floats]]]:
     """Yield blocks of a grid with a solid cell: their numbers, cells and origins."""
-    size = max(1, round(_BLOCK / voxels.pitch))
+    size = max(1, round(_BLOCK / voxels.pitch), max(voxels.occupied.shape) // _MOST_SIDES)
     blocks = [range(0, count, size) for count in voxels.occupied.shape]
     for low in itertools.product(*blocks):
         part = voxels.occupied[tuple(slice(k, k + size) for k in low)]
@@ -329,11 +337,11 @@ def record_clouds(obstacles: Iterable[Obstacle]) -> list[CloudRecord]:
 def notes_on_clouds(obstacles: Iterable[Obstacle]) -> tuple[Note, ...]:
     """Return a note on each cloud; grave where its radius is an estimate or its size is unlikely."""
     items = list(obstacles)
-    large = {
-        item.object
-        for item in items
-        if isinstance(item.shape, Points) and np.subtract(*column_bounds(item.shape.vertices)).min() < -_LARGE
-    }
+    bounds: dict[str, list[tuple[Floats, Floats]]] = {}
+    for item in items:
+        if isinstance(item.shape, Points):
+            bounds.setdefault(item.object, []).append(column_bounds(item.shape.vertices))
+    large = {name for name, each in bounds.items() if np.ptp(np.reshape(each, (-1, 3)), axis=0).max() > _LARGE}
     hint = f". It is larger than {_LARGE:g} m: if its file is in millimetres, give scale: 0.001."
     return tuple(
         Note(each.text + hint) if each.obstacle in large else Note(f"{each.text}.", grave=each.estimated)

@@ -17,7 +17,7 @@ import planner
 from planner import DepthImage, Obstacle, Points, Scene, Voxels
 from planner.base.errors import PlannerError, SceneError
 from planner.robot.clouds import estimate_covering_radius, merge_cells, split_blocks, split_regions
-from planner.robot.files.clouds import decode_octomap, read_depth, read_points, read_voxels
+from planner.robot.files.clouds import decode_octomap, read_depth, read_points, read_voxels, voxels_of_leaves
 from planner.robot.solids import is_closed
 from tests.random_shapes import QUICK
 
@@ -99,6 +99,33 @@ def test_a_million_duplicates_are_one_point_each_and_millimetres_get_a_hint() ->
     np.testing.assert_array_equal(cloud.vertices, XYZ)
     (note,) = Scene("s", (Obstacle("a", Points(1e3 * XYZ, 10.0), np.eye(4)),)).notes
     assert note.text.endswith("if its file is in millimetres, give scale: 0.001.")
+
+
+def test_a_million_duplicates_are_merged_and_counted_in_the_notes() -> None:
+    cloud = Points(np.tile(XYZ, (20_000, 1)), 0.01)
+    assert (len(cloud.vertices), cloud.merged) == (60, 1_199_940)
+    (note,) = Scene("s", (Obstacle("a", cloud, np.eye(4)),)).notes
+    assert "1199940 samples equal another" in note.text
+
+
+def test_a_cloud_in_millimetres_gets_a_hint_also_in_blocks_and_these_stay_few() -> None:
+    cloud = Points(1000.0 * RNG.random((3000, 3)) * [1, 1, 0], 20.0)
+    blocks = split_blocks(Obstacle("a", cloud, np.eye(4)))
+    assert len(blocks) < 1100
+    for scene in (Scene("s", (Obstacle("a", cloud, np.eye(4)),)), Scene("s", tuple(blocks))):
+        (note,) = scene.notes
+        assert "scale: 0.001" in note.text
+
+
+def test_a_grid_of_more_cells_than_memory_holds_is_refused_with_the_remedy() -> None:
+    image = DepthImage(np.ones((8, 8)), (9, 9, 4, 4), np.eye(4), unknown="solid everywhere", pitch=1e-3)
+    for make in (
+        image.unknown_space,
+        lambda: Voxels(np.broadcast_to(True, (1000, 1000, 100)), 0.1),
+        lambda: voxels_of_leaves([(np.zeros(3), 0.1), (np.full(3, 1e3), 0.1)], 0.1),
+    ):
+        with pytest.raises(SceneError, match=r"must give at most 50000000 cells, got .* give larger cells"):
+            make()
 
 
 @pytest.mark.parametrize(

@@ -228,10 +228,29 @@ struct PointAndBox {
     Vec low, high;
 };
 
-// Tests of points in boxes.
+// Tests of points in boxes. Consecutive points in one box are a run, in a ball.
 struct PointsInBoxes {
+    struct Run {
+        size_t first, last;
+        Vec middle;
+        double size;
+    };
+    static constexpr size_t longest_run = 64;
+
     Chain chain;
     std::vector<PointAndBox> boxes;
+    std::vector<Run> runs;
+
+    void add(const PointAndBox& one) {
+        const size_t k = boxes.size();
+        boxes.push_back(one);
+        if (!runs.empty() && k - runs.back().first < longest_run && is_same_box(boxes[runs.back().first], one)) {
+            Run& run = runs.back();
+            run.last = k + 1, run.size = std::max(run.size, length(one.point - run.middle) * (1.0 + 1e-12));
+        } else {
+            runs.push_back({k, k + 1, one.point, 0.0});
+        }
+    }
 
     // Call `found(row, box, point in the box's frame)` for points inside their boxes in configurations q (n, dof).
     template <class Found>
@@ -240,17 +259,32 @@ struct PointsInBoxes {
         for (int row = 0; row < n; ++row) {
             poll_signal();
             chain.place(q + static_cast<size_t>(row) * chain.dof(), frames.data());
-            for (size_t k = 0; k < boxes.size(); ++k) {
-                const PointAndBox& one = boxes[k];
-                const Frame& there = frames[one.outer];
-                const Vec world = frames[one.inner] * one.point;
-                const Vec own =
-                    rotate_back(one.frame.turn, rotate_back(there.turn, world - there.shift) - one.frame.shift);
-                if (own.x > one.low.x && own.x < one.high.x && own.y > one.low.y && own.y < one.high.y &&
-                    own.z > one.low.z && own.z < one.high.z)
-                    found(row, static_cast<int>(k), own);
+            for (const Run& run : runs) {
+                const PointAndBox& box = boxes[run.first];
+                const auto own = [&](const Vec& point) {
+                    const Vec world = frames[box.inner] * point;
+                    const Frame& there = frames[box.outer];
+                    return rotate_back(box.frame.turn, rotate_back(there.turn, world - there.shift) - box.frame.shift);
+                };
+                if (run.size > 0.0 && !is_inside(box, own(run.middle), run.size + rounded)) continue;
+                for (size_t k = run.first; k < run.last; ++k) {
+                    const Vec at = own(boxes[k].point);
+                    if (is_inside(box, at, 0.0)) found(row, static_cast<int>(k), at);
+                }
             }
         }
+    }
+
+   private:
+    static constexpr double rounded = 1e-6;  // m, more than positions are rounded by
+
+    static bool is_inside(const PointAndBox& box, const Vec& at, double reach) {
+        return at.x > box.low.x - reach && at.x < box.high.x + reach && at.y > box.low.y - reach &&
+               at.y < box.high.y + reach && at.z > box.low.z - reach && at.z < box.high.z + reach;
+    }
+    static bool is_same_box(const PointAndBox& a, const PointAndBox& b) {
+        return a.inner == b.inner && a.outer == b.outer && a.low == b.low && a.high == b.high &&
+               a.frame.shift == b.frame.shift && std::equal(a.frame.turn.m, a.frame.turn.m + 9, b.frame.turn.m);
     }
 };
 

@@ -158,8 +158,7 @@ void fill_manipulability(const Chain& chain, const Tools& tools, int64_t all, co
 inline Made<double, 1> manipulability(const Chain& chain, const States& q, const ToolsGiven& tools) {
     const int dof = chain.dof();
     Made<double, 1> w(q.of({any, dof}).count());
-    fill_manipulability(
-        chain, tools_of(chain, tools), w.size(), [&](int64_t k, int j) { return q[k * dof + j]; }, w);
+    fill_manipulability(chain, tools_of(chain, tools), w.size(), [&](int64_t k, int j) { return q[k * dof + j]; }, w);
     return w;
 }
 
@@ -413,10 +412,10 @@ inline PointsInBoxes boxes_of(const Chain& chain, const Ints<any>& inner, const 
     for (const auto* vectors : {&points, &shifts, &low, &high})
         require(within(vectors->of({count, 3}), vectors->size(), farthest), "a point or a box is no finite number");
     require(within(turns.of({count, 3, 3}), turns.size(), farthest), "a rotation is no finite number");
-    PointsInBoxes made{chain, {}};
+    PointsInBoxes made{chain, {}, {}};
     for (int k = 0; k < count; ++k)
-        made.boxes.push_back({static_cast<int>(inner[k]), static_cast<int>(outer[k]), vec_at(points + 3 * k),
-                              frame_at(turns, shifts, k), vec_at(low + 3 * k), vec_at(high + 3 * k)});
+        made.add({static_cast<int>(inner[k]), static_cast<int>(outer[k]), vec_at(points + 3 * k),
+                  frame_at(turns, shifts, k), vec_at(low + 3 * k), vec_at(high + 3 * k)});
     return made;
 }
 
@@ -477,8 +476,7 @@ inline void bind_robot(nb::module_& m) {
         "Frames are at placements (f, 4, 4) in joints, with pieces (f,) constraints each, which have counts (p,)\n"
         "rows. Their poses are those in frames base_placements (f, 4, 4) on joints bases (f,), -1: in the world.")
         .def("__init__", construct_by(&constraints_of), "chain"_a, "joints"_a, "placements"_a, "pieces"_a, "counts"_a,
-             "balls"_a, "rows"_a, "centres"_a, "limits"_a, "depths"_a, "joint_limits"_a, "bases"_a,
-             "base_placements"_a)
+             "balls"_a, "rows"_a, "centres"_a, "limits"_a, "depths"_a, "joint_limits"_a, "bases"_a, "base_placements"_a)
         .def("slack", &slack, "frame"_a, "rotation"_a, "position"_a, at_work,
              "Return the slack (n, k) of the constraints (k,) of a frame at its poses, (n, 3, 3) and (n, 3).")
         .def("projected", &projected, "q"_a, "depth"_a, "exact"_a, "steps"_a, at_work,
