@@ -16,7 +16,7 @@ from planner.base.arrays import Bools, Floats
 from planner.collision.edge_prover import EdgeProver
 
 _STEPS = 24  # of the longest path
-_MOST = 4000  # states that the search leaves
+_MOST = 1000  # states that the search leaves: two robots have fewer, and four pass early or not
 _TILE = 4  # moves of a pair are proven for this many steps of both at once
 
 State = tuple[int, ...]

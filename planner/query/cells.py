@@ -1,7 +1,7 @@
 """From states of single robots to configurations of the composite robot of a cell."""
 
 import itertools
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
@@ -21,15 +21,21 @@ _MOST = 64  # combinations of goal configurations that are checked
 
 
 def composite_targets(
-    cell: Cell, start: Target, goals: Sequence[Target], solutions: int, tolerance: Tolerance = TOLERANCE
+    cell: Cell,
+    start: Target,
+    goals: Sequence[Target],
+    solutions: int,
+    tolerance: Tolerance = TOLERANCE,
+    checkers: Mapping[str, CollisionChecker] | None = None,
 ) -> tuple[Target, Sequence[Target]]:
     """Return start and goals of a cell as targets of its composite: joint values for states by robot.
 
     A robot without a start begins at its state ``start``, or else at home; one without a goal stays. A name is a state
     of all robots. Each robot has up to ``solutions`` configurations per goal, and the first free combinations are kept.
+    ``checkers`` are those of :func:`make_robot_checker`.
     Raises :class:`RobotError` for robots whose fixed links touch, and errors as :func:`planner.query.resolve.resolve`.
     """
-    checkers = {name: make_robot_checker(cell, name) for name in cell.robots}
+    checkers = checkers or {name: make_robot_checker(cell, name) for name in cell.robots}
     first, last = _by_robot(cell, [start], "start"), _by_robot(cell, goals, "goal")
     if first is not None:
         rows = {name: first.get(name, [_usual_start(cell, name)]) for name in cell.robots}

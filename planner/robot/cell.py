@@ -83,6 +83,9 @@ class Cell:
         path = Path(path)
         where = f"cell file {path}"
         file = validate(CellFile, parse_yaml(read_text(path, "cell file"), where), where, RobotError)
+        if unknown := sorted({*file.states} - {*file.robots}):
+            known = choices(file.robots)
+            raise RobotError(f"{where}: states of {quote(unknown[0])} belong to no robot: robots are {known}.")
         robots = {name: _load_robot(name, member, path) for name, member in file.robots.items()}
         prefixes = {name: member.prefix for name, member in file.robots.items() if member.prefix is not None}
         return Cell(file.name or path.stem, robots, scene_from_file(file, path), prefixes)

@@ -7,6 +7,8 @@ import pytest
 
 import planner
 from planner.base.errors import OptionError, PlannerError
+from planner.certificate import verify
+from planner.certificate.verify_proof import Refused
 from planner.collision.recheck import sample_along
 from planner.problem.targets import RobotStates, parse_target, read_goals, read_target
 from planner.robot.cell import Cell
@@ -98,3 +100,14 @@ def test_robots_whose_bases_touch_are_refused() -> None:
     cell = Cell("near", {"a": Robot.load("panda"), "b": near}, Scene("near"))
     with pytest.raises(PlannerError, match="must stand apart, got a contact of 'panda_link0' and 'b_panda_link0"):
         planner.plan(cell=cell, goal={"a": "home"})
+
+
+def test_a_certificate_of_a_composite_holds_and_one_of_another_cell_does_not(tmp_path: Path) -> None:
+    cell = two_planar_arms()
+    plan = planner.plan(cell=cell, start={"a": [1.0, 0.3]}, goal={"a": [-1.0, -0.3]}, nodes=60)
+    plan.save(tmp_path, certificate=True)
+    assert "cell 'pair'" in verify(tmp_path, plan.checker.world)
+    nearer = Cell("pair", {**cell.robots, "b": Robot.load("planar_2r", base=pose([1.5, 0, 0], [0, 0, np.pi]))})
+    other = planner.plan(cell=nearer, start={"a": [1.0, 0.3]}, goal={"a": [0.9, 0.3]}, nodes=20, timing=None)
+    with pytest.raises(Refused):
+        verify(tmp_path, other.checker.world)

@@ -137,6 +137,7 @@ REFUSED = {
     "one prefix": ("{robot: panda, ", "{robot: panda, prefix: arm_, ", "prefixes must differ, got 'arm_'"),
     "no such robot": (ROBOT, "right: {robot: pandaa", "robot 'right' of cell file"),
     "unknown key": (ROBOT, "right: {model: panda", "unknown key 'robots.right.model'"),
+    "states of no robot": ("  right:\n", "  rihgt:\n", "states of 'rihgt' belong to no robot: robots are left, right"),
     "a plain scene": ("robot: panda, ", "", "'robots.left.robot' is missing"),
 }
 
