@@ -1,5 +1,6 @@
 """Declared contacts: only the pair may touch, only in time and only inside the region."""
 
+import threading
 from functools import cache
 
 import numpy as np
@@ -253,3 +254,24 @@ def test_slowed_chunks_keep_the_permission_too(kind: str) -> None:
         t = np.linspace(0.0, slowed.duration, 200)
         touching = np.array([contact_at(coal, q) is not None for q in slowed.at(t)])
         assert not touching[t > until].any()
+
+
+def test_threads_check_while_another_allows_and_forbids() -> None:
+    gate, chunk = Gate(load("planar_2r"), Scene("x", (ball(),))), through_the_ball()
+    stop = threading.Event()
+
+    def change() -> None:
+        while not stop.is_set():
+            gate.allow(*PAIR, seconds=60.0)
+            gate.forbid(*PAIR)
+
+    thread = threading.Thread(target=change)
+    thread.start()
+    try:
+        verdicts = [verdict_on(gate, chunk) for _ in range(150)]
+    finally:
+        stop.set()
+        thread.join()
+    for verdict in verdicts:
+        assert verdict.safe is any("may touch" in note for note in verdict.notes)
+    assert sum(gate.statistics.to_dict()["verdicts"].values()) == len(verdicts)
