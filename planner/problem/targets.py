@@ -88,14 +88,14 @@ class Pose:
 class ToolGoal:
     """A goal with tolerance: every configuration that meets ``conditions`` on frames.
 
-    down = planner.AxisConstraint("z", (0.0, 0.0, -1.0), 0.1)
-    planner.ToolGoal((planner.BoxConstraint((0.5, 0.3, 0.6), (0.5, 0.3, 0.7)), down))
+        down = planner.AxisConstraint("z", (0.0, 0.0, -1.0), 0.1)
+        planner.ToolGoal((planner.BoxConstraint((0.5, 0.3, 0.6), (0.5, 0.3, 0.7)), down))
 
     A pose, as text, array (4, 4) or ``pinocchio.SE3``, may be one of them. A turn without a quaternion is relative to
     the orientation at the start. ``tool`` is the frame of the conditions that name none. Goals joined by ``&`` hold at
     once, each for its own tool:
 
-        planner.ToolGoal(left_pose, tool="left_tool") & planner.ToolGoal("xyz:0.5,-0.2,0.4", tool="right_tool")
+        planner.ToolGoal(robot.fk(q), tool="left_tool") & planner.ToolGoal("xyz:0.5,-0.2,0.4", tool="right_tool")
     """
 
     conditions: tuple[Condition, ...]

@@ -73,7 +73,9 @@ def resolve(
                 log_notes(*other_turns(target, checker, states))
             return found[None]
         case RobotStates():
-            raise OptionError(f"state must be {FORMS}, got '{target.text[:100]}': only a cell has states by robot.")
+            raise OptionError(
+                f"state must be {FORMS}, got '{target.text[:100]}': give one of these, or --cell for states by robot."
+            )
         case ToolGoal() if several := _for_several_tools(target, checker):
             return _choose(_reach(several, checker.robot, role, starts, tolerance), checker, role, count, starts)
         case ToolGoal(conditions):
@@ -124,7 +126,9 @@ def resolve_as_is(target: Target, checker: CollisionChecker, states: Mapping[str
         case ToolGoal(conditions):
             found = solve_conditions(conditions, checker, role)
         case RobotStates():
-            raise OptionError(f"{role} must be {FORMS}, got '{target.text[:100]}': only a cell has states by robot.")
+            raise OptionError(
+                f"{role} must be {FORMS}, got '{target.text[:100]}': give one of these, or --cell for states by robot."
+            )
     touching = np.array([contact_at(checker, q) is not None for q in found])
     return frozen(found[np.lexsort((-manipulability(checker.robot, found), touching))[0]])
 

@@ -150,7 +150,7 @@ class Robot(Arm):
 
             robot.ik(robot.fk(q), near=q)[0]             # q again
             robot.ik([0.5, 0.1, 0.4])                    # any orientation
-            robot.ik({"left_tool": pose, "right_tool": [0.5, -0.1, 0.4]})  # of several frames, at once
+            robot.ik({"panda_link4": robot.fk(q, "panda_link4")[:3, 3], "panda_hand": robot.fk(q, "panda_hand")})
 
         Damped least squares from ``starts`` seeds, to within ``tolerance`` (m, rad). Solutions are sorted by
         manipulability, or by distance from the configuration ``near`` (dof,). They may collide. The result is (0, dof)

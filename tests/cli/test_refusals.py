@@ -136,7 +136,11 @@ ROWS = [
     ),
     ("plan --seed -1", 2, "seed must be greater than or equal to 0, got -1."),
     ("plan --start q:0,zero", 2, f"state 'q:0,zero' must hold numbers with commas between: give {FORMS}."),
-    ("plan --start abc:1,2", 2, f"state must be {FORMS}, got 'abc:1,2'."),
+    (
+        "plan --start abc:1,2",
+        2,
+        f"state must be {FORMS}, got 'abc:1,2': give one of these, or --cell for states by robot.",
+    ),
     ("plan --goal xyz:1,2", 2, f"state 'xyz:1,2' must have 3 numbers, got 2: give {FORMS}."),
     ("plan --start home --start=goal", 2, "--start must be given once, got it twice: remove one."),
     ("plan --out=", 2, "--out must have a value, got an empty text: leave it out."),
