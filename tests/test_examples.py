@@ -12,6 +12,7 @@ import pytest
 
 import planner
 import planner.figures
+from tests.documents import ROOT
 
 BLOCK = re.compile(r"(?:^|\n\n)((?:    [^\n]*\n?)+)")
 ELSEWHERE = {  # what needs files or objects of its own, and runs in tests of its own
@@ -55,6 +56,7 @@ def made(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
         "planner": planner, "np": np, "networkx": networkx, "folder": folder, "robot": robot, "plan": plan,
         "other": other, "tradeoff": tradeoff, "motion": plan.trajectory, "roadmap": plan.roadmap,
         "start": start, "goal": goal, "q": robot.home, "qd": np.zeros(robot.dof),
+        "cell": planner.Cell.load(ROOT / "scenes" / "examples" / "two-arms.yaml"),
         "targets": robot.home + 0.01 * np.arange(3)[:, None],
     }  # fmt: skip
 

@@ -143,10 +143,6 @@ plan = planner.plan(request=request)
 import planner
 
 above = planner.PlaneConstraint(normal=(0, 0, 1), distance=0.3)  # z at least 0.3 m
-# --- PositionConstraint ---
-import planner
-
-near = planner.PositionConstraint(0.05, (0.4, 0.2, 0.5), frame="panda_hand")  # within 5 cm of a point
 # --- PlannerError ---
 import planner
 
@@ -160,6 +156,10 @@ import planner
 
 xyz = np.random.default_rng(0).uniform([0.5, -0.2, 0.2], [0.6, 0.2, 0.4], (500, 3))
 cloud = planner.Obstacle("cloud", planner.Points(xyz, radius=0.01), np.eye(4))
+# --- PositionConstraint ---
+import planner
+
+near = planner.PositionConstraint(0.05, (0.4, 0.2, 0.5), frame="panda_hand")  # within 5 cm of a point
 # --- Progress ---
 import planner
 

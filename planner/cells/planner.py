@@ -46,7 +46,7 @@ _ORDERS = 6  # orders of more robots
 class CellPlanner:
     """Plans of several robots in turn, with a roadmap of each that is kept from call to call.
 
-        cell_planner = planner.CellPlanner("scenes/examples/two-arms.yaml", nodes=200)
+        cell_planner = planner.CellPlanner(cell, nodes=200)
         plan = cell_planner.plan(start="here", goal="there")
         plan.trajectory, plan.trajectories["left"], plan.makespan, plan.flowtime
 

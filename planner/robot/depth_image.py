@@ -95,10 +95,10 @@ class DepthImage:
             return self.thinning
         fx, fy, cx, cy = self.intrinsics
         corners = [
-            np.stack([(k - cx) / fx * z, (i - cy) / fy * z, z], axis=-1)
+            np.stack([(k[whole] - cx) / fx * z[whole], (i[whole] - cy) / fy * z[whole], z[whole]], axis=-1)
             for (i, k), z in ((np.broadcast_arrays(*each), depth) for each, depth in zip(at, depths, strict=True))
         ]
-        sides = [np.linalg.norm(corners[a][whole] - corners[b][whole], axis=1) for a, b in ((0, 3), (1, 2))]
+        sides = [np.linalg.norm(corners[a] - corners[b], axis=1) for a, b in ((0, 3), (1, 2))]
         return 0.5 * float(np.quantile(np.maximum(*sides), QUANTILE))
 
     def positions(self, depth: Floats) -> Floats:

@@ -134,6 +134,7 @@ ROWS = [
         2,
         "ik tolerance must be metres and radians from 1e-06 to 0.1 m and 0.5 rad, got '5': give them as 1e-6,1e-4.",
     ),
+    ("check", 2, "check must have a file or more, got none: name one."),
     ("plan --seed -1", 2, "seed must be greater than or equal to 0, got -1."),
     ("plan --start q:0,zero", 2, f"state 'q:0,zero' must hold numbers with commas between: give {FORMS}."),
     (
@@ -339,11 +340,11 @@ UNPARSED = [
     ),
     ("plan --betta 0.5", "Unrecognized options: --betta, 0.5"),
     ("plan --goal", "Missing value for argument '--goal'. Expected 1 values."),
-    ("check", "Missing from planner check: PATH A file with a path or a motion, or the folder of a plan. (required)"),
     (f"{SEAM} --goal home", "Unrecognized options: --goal, home"),
     (
         "schema roadmap",
-        "invalid choice 'roadmap' for argument 'file'. Expected one of ('plan', 'sweep', 'scene', 'robot', 'serve').",
+        "invalid choice 'roadmap' for argument 'file'. Expected one of ('plan', 'sweep', 'scene', 'cell', 'robot', "
+        "'serve').",
     ),
     ("sweep --beta 0.5", "Unrecognized options: --beta, 0.5"),
 ]
