@@ -93,6 +93,7 @@ class DepthImage:
             whole = (low > 0) & (high < np.inf) & (high - low < _STEP * high)
         if not whole.any():
             return self.thinning
+        depths = np.where(whole, depths, 0.0)  # an infinite one would make no number
         fx, fy, cx, cy = self.intrinsics
         corners = [
             np.stack([(k[whole] - cx) / fx * z[whole], (i[whole] - cy) / fy * z[whole], z[whole]], axis=-1)
