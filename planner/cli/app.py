@@ -46,6 +46,7 @@ _TEXTS: tuple[tuple[Any, str, Callable[[str], Any], Callable[[Any], str]], ...] 
     (Target, "STATE", read_target, lambda value: value.text),
     (Target | None, "STATE", read_target, lambda value: value.text),
     (option.Targets, "STATE", read_goals, lambda value: AND.join(each.text for each in value)),
+    (option.Area | None, "X0,Y0,X1,Y1", str, lambda value: ",".join(f"{each:g}" for each in value)),
     (option.Tolerance, "M,RAD", str, lambda value: ",".join(f"{each:g}" for each in value)),
 )
 registry = tyro.constructors.ConstructorRegistry()

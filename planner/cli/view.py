@@ -120,7 +120,7 @@ def _session_of_plan(folder: Path) -> tuple[Session, Question]:
     plan = Plan.load(folder)
     given, world = plan.request.values(), plan.checker.world
     # the robot knows the first five; refinement would take seconds per change
-    in_robot = ("tool", "srdf", "group", "joints", "base", "refinement_rounds")
+    in_robot = ("tool", "srdf", "group", "joints", "base", "base_limits", "refinement_rounds")
     options: dict[str, Any] = {name: given[name] for name in OPTIONS if name in given and name not in in_robot}
     options["constraint"] = world.conditions
     session = Session(plan.robot, plan.scene, roadmap=plan.roadmap, **options)

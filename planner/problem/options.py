@@ -11,7 +11,7 @@ from typing_extensions import Doc
 
 from planner.base.errors import OptionError
 from planner.problem.conditions import Condition, read_conditions
-from planner.problem.targets import Target, parse_base, read_goals, read_target
+from planner.problem.targets import FARTHEST_BASE, Target, parse_base, read_goals, read_target
 from planner.problem.validation import options as options
 
 
@@ -49,6 +49,10 @@ Targets: TypeAlias = tuple[Target, ...]
 
 class Tolerance(tuple[float, float]):
     """Metres and radians."""
+
+
+class Area(tuple[float, float, float, float]):
+    """x0, y0, x1, y1 in metres."""
 
 
 Backend = Literal["fcl", "coal"]
@@ -90,6 +94,18 @@ def _tolerance(value: object) -> Tolerance:
             f"{IK_LARGEST[1]:g} rad, got '{str(value)[:100]}': give them as 1e-6,1e-4."
         )
     return Tolerance((metres, radians))
+
+
+def _area(value: object) -> Area:
+    try:
+        words = value.split(",") if isinstance(value, str) else value
+        x0, y0, x1, y1 = map(float, words)  # type: ignore[arg-type]
+    except (TypeError, ValueError):
+        x0 = y0 = x1 = y1 = math.nan
+    if not (-FARTHEST_BASE <= x0 < x1 <= FARTHEST_BASE and -FARTHEST_BASE <= y0 < y1 <= FARTHEST_BASE):
+        text = f"base limits must be x0,y0,x1,y1 (m), the lesser corner first, got '{str(value)[:100]}'"
+        raise OptionError(f"{text}: give them as -2,-1,2,1.")
+    return Area((x0, y0, x1, y1))
 
 
 def _number(value: object) -> object:
@@ -155,6 +171,11 @@ Placement = Annotated[
     _unless_none(parse_base),
     Doc("Where the robot's base stands in place of the scene's: x,y,z (m) or x,y,z,roll,pitch,yaw (m and rad)."),
 ]
+BaseLimits = Annotated[
+    Area | None,
+    _unless_none(_area),
+    Doc("Where a base with a planar joint, or slides without limits, may move: x0,y0,x1,y1 (m)."),
+]
 Collision = Annotated[
     Backend,
     Doc(
@@ -168,7 +189,8 @@ Constraint = Annotated[
     Doc(
         "What motions keep all along, proven; repeatable: axis:z,0,0,1,0.1 (the tool's z axis within 0.1 rad of the "
         "world's direction 0,0,1), box:x0,y0,z0,x1,y1,z1 (its origin within, m), plane:nx,ny,nz,d (n.p >= d), turn:0.1 "
-        "(its orientation within 0.1 rad of that at the start); ' of FRAME' at the end names another frame."
+        "(its orientation within 0.1 rad of that at the start), near:0.01 (its origin within 0.01 m of that at the "
+        "start), keep:0.01,0.1 (both); ' of FRAME in OTHER' names another frame, in another one than the world."
     ),
 ]
 

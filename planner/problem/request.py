@@ -80,6 +80,7 @@ class PartialWorld:
     group: option.Group = None
     joints: option.Joints = None
     base: option.Placement = None
+    base_limits: option.BaseLimits = None
     jacobian_rows: option.JacobianRows = None
     manipulability: option.Manipulability = DEFAULT_MEASURE
     collision: option.Collision = "fcl"
@@ -91,7 +92,9 @@ class PartialWorld:
             raise OptionError("--group and --joints exclude each other: give one of them.")
         alone = (None, str(option.ROBOT), str(option.SCENE))
         own = [
-            name for name in ("robot", "scene", "srdf", "group", "joints", "base") if getattr(self, name) not in alone
+            name
+            for name in ("robot", "scene", "srdf", "group", "joints", "base", "base_limits")
+            if getattr(self, name) not in alone
         ]
         if self.cell is not None and own:
             raise OptionError(f"--cell names robots and scene: leave out --{own[0]}.")

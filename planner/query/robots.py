@@ -32,6 +32,7 @@ from planner.problem.targets import TURN, Joints, Target
 from planner.query.resolve import looks_like_degrees
 from planner.robot.cell import Cell
 from planner.robot.files.packages import PATHS
+from planner.robot.files.planar import Area
 from planner.robot.files.robot_files import JointChoice, RobotFiles, find_robot, read_robot, robot_file
 from planner.robot.files.urdf import read_description
 from planner.robot.files.urdf_geometry import mesh_files
@@ -51,7 +52,7 @@ _known: dict[tuple[object, ...], tuple[RobotFiles, dict[Path, tuple[int, int] | 
 def robot_of(request: WorldRequest, scene: Scene, message: MotionPlanRequest | None) -> Robot:
     """Return the robot as scene and request set it up; a Robot object keeps its own files and base."""
     if isinstance(request.robot, Robot):
-        for option in ("srdf", "group", "joints", "base"):
+        for option in ("srdf", "group", "joints", "base", "base_limits"):
             if getattr(request, option) is not None:
                 text = f"{option} needs a robot given by name or path, got a Robot: give it to Robot.load."
                 raise OptionError(text)
@@ -62,7 +63,7 @@ def robot_of(request: WorldRequest, scene: Scene, message: MotionPlanRequest | N
     if not isinstance(request.robot, str):
         kind = f"{type(request.robot).__name__}: see planner.Robot.from_pinocchio."
         raise TypeError(f"robot must be a name, a file or a planner.Robot, got {kind}")
-    files = files_of(request.robot, request.srdf)
+    files = files_of(request.robot, request.srdf, request.base_limits)
     placement = scene.placement(files.name)
     tool, fixed = request.tool or placement.tool, dict(placement.fixed_joints)
     choice = JointChoice(request.group, request.joints)
@@ -186,15 +187,15 @@ def widen_limits_for(robot: Robot, targets: list[Target]) -> Robot:
     return replace(wide, notes=(*robot.notes, *map(Note, texts))) if texts else robot
 
 
-def files_of(name: str, srdf: StrPath | None) -> RobotFiles:
+def files_of(name: str, srdf: StrPath | None, area: Area | None = None) -> RobotFiles:
     """Return the robot's files, read again if one of them has changed.
 
     A xacro or MJCF file is read each time, as it may include unknown files.
     """
-    key = name, srdf, *map(os.environ.get, PATHS)
+    key = name, srdf, area, *map(os.environ.get, PATHS)
     files, stamps = _known.get(key, (None, {}))
     if files is None or any(_stamp(path) != stamp for path, stamp in stamps.items()):
-        files = read_robot(name, srdf)
+        files = read_robot(name, srdf, area)
         if files.description.path.suffix.lower() not in (".xacro", ".xml"):
             own = [files.srdf.path] if files.srdf else []
             paths = robot_file(files.origin), files.description.path, *own, *mesh_files(files.description)

@@ -31,6 +31,7 @@ from planner.problem.targets import TURN
 from planner.robot.files import urdf
 from planner.robot.files.meshes import collada_notes
 from planner.robot.files.pinocchio_models import files_of_model
+from planner.robot.files.planar import REMEDY
 from planner.robot.files.robot_files import ALL_JOINTS, JointChoice, MotionFile, RobotFiles, read_robot
 from planner.robot.files.srdf import states_of_joints
 from planner.robot.files.urdf_geometry import mesh_files, read_bodies
@@ -81,15 +82,17 @@ class Robot(Arm):
         base: Floats | None = None,
         choice: JointChoice = ALL_JOINTS,
         srdf: StrPath | None = None,
+        base_limits: Sequence[float] | None = None,
     ) -> Robot:
         """Load a built-in robot by name, or any robot from a robot.yaml, a URDF path or URDF text.
 
         ``tool`` is a frame of the URDF (default: a usual tool name or the only tip), or several with commas between,
         the main one first; ``fixed_joints`` holds joints at values (rad, m), ``base`` (4, 4) places the robot in the
-        world, ``choice`` selects the planned joints, ``srdf`` replaces the robot's own. Raises :class:`RobotError` with
-        the valid choices.
+        world, ``choice`` selects the planned joints, ``srdf`` replaces the robot's own. ``base_limits`` are x0, y0, x1,
+        y1 (m) of a base that moves in a plane. Raises :class:`RobotError` with the valid choices.
         """
-        return assemble(read_robot(name, srdf), tool, choice, fixed_joints, base)
+        area = None if base_limits is None else tuple(map(float, base_limits))
+        return assemble(read_robot(name, srdf, area), tool, choice, fixed_joints, base)
 
     @staticmethod
     def from_pinocchio(
@@ -347,11 +350,14 @@ def assemble(
     tools, planned = files.tools(tool, choice), files.select_joints(tool, choice, fixed or {})
     for each in tools:
         _check_joints(files, planned, each)
+    if free := [joint for joint in planned if joint in description.unlimited]:
+        text = f"joint '{free[0]}' slides without limits: give it limits in its file, or for a base"
+        raise RobotError(f"{text} {REMEDY}.")
     fixed = {**file.fixed_joints, **(fixed or {})}
     # joints that are neither planned nor fixed stay at home, unless that is zero; mimic joints follow
     free = {*planned, *fixed, *(item.joint for item in description.mimics)}
     fixed = {joint: value for joint, value in files.home.items() if joint not in free and value} | fixed
-    fewest = min(len({*planned} & {*files.leaders(each, fixed)}) for each in tools)
+    fewest = min(len(({*planned} & {*files.leaders(each, fixed)}) - description.planar) for each in tools)
     base = pose() if base is None else placement("base", base)
     held, followers = urdf.resolve_mimics(description, files.model, planned, fixed)
     moving = [*planned, *(item.joint for item in followers)]

@@ -6,7 +6,7 @@ from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
-from typing import Literal
+from typing import Annotated, Literal
 
 import pinocchio as pin
 import pydantic
@@ -20,6 +20,7 @@ from planner.problem.options import Rows
 from planner.problem.targets import HOME
 from planner.robot.files import urdf
 from planner.robot.files.packages import example_robot_data
+from planner.robot.files.planar import Area, require_area
 from planner.robot.files.srdf import Srdf, group_joints, group_tips, read_srdf
 
 _ROBOT_FILE = "robot.yaml"
@@ -60,6 +61,7 @@ class RobotFile(Strict):
     disabled_pairs: list[tuple[str, str]] | None = None
     mesh_pieces: bool = False
     motion: MotionFile | None = None
+    base_limits: Annotated[tuple[Coordinate, ...], pydantic.AfterValidator(require_area)] | None = None
 
 
 @dataclass(frozen=True)
@@ -225,19 +227,23 @@ class RobotFiles:
         return (*self.description.notes, *of_srdf)
 
 
-def read_robot(name: StrPath, srdf: StrPath | None = None) -> RobotFiles:
-    """Return the files of a robot given by name, path or URDF text; ``srdf`` replaces its own."""
+def read_robot(name: StrPath, srdf: StrPath | None = None, area: Area | None = None) -> RobotFiles:
+    """Return the files of a robot given by name, path or URDF text; ``srdf`` replaces its own.
+
+    So does the ``area`` of a base that moves in a plane. With one, the base moves by the planar joint of an SRDF, too.
+    """
     name = os.fspath(name)
     text = name if name.lstrip().startswith("<") else None
     of_text = Path(), RobotFile(urdf=Source(file="<string>"), mesh_pieces=True)
     folder, file = find_robot(name) if text is None else of_text
-    description = urdf.read_description(file.urdf.path(folder), file.urdf.args, text)
+    area = area or file.base_limits
+    own = read_srdf(file.srdf.path(folder), file.srdf.args) if file.srdf and srdf is None else None
+    own = read_srdf(Path(srdf)) if srdf is not None else own
+    virtual = own.virtual if own and area else None
+    description = urdf.read_description(file.urdf.path(folder), file.urdf.args, text, virtual, area)
     description = replace(description, pieces=file.mesh_pieces)
     name = name if text is None else "the text of a URDF"
     called = file.name or (name if name in robot_names() else description.name)
-    if srdf is not None:
-        return RobotFiles(called, name, file, description, read_srdf(Path(srdf)))
-    own = read_srdf(file.srdf.path(folder), file.srdf.args) if file.srdf else None
     return RobotFiles(called, name, file, description, own)
 
 

@@ -14,6 +14,7 @@ from planner.base.errors import Note, RobotError, choices
 from planner.base.yamlfile import quote
 from planner.robot.files import urdf
 from planner.robot.files.packages import read_root
+from planner.robot.files.planar import REMEDY, VirtualJoint, part_names
 
 _INSIDE = {"group": ("joint", "link", "chain", "group", "passive_joint"), "group_state": ("joint",)}
 _READ = (*_INSIDE, "disable_collisions", "enable_collisions", "disable_default_collisions")
@@ -48,6 +49,7 @@ class Srdf:
     effectors: frozenset[str]  # the groups of end effectors
     world_frame: str
     moves: str
+    virtual: VirtualJoint | None  # by which the base moves in a plane
     other: tuple[str, ...]
 
     def pairs_without_check(self, links: Iterable[str]) -> frozenset[frozenset[str]]:
@@ -59,9 +61,12 @@ class Srdf:
         """Yield notes on content that is ignored; ``is_own``: a robot file names this SRDF as the robot's."""
         links = {link for pair in self.disabled | self.enabled for link in pair} | {*self.unchecked}
         joints = {*self.passive, *(joint for state in self.states for joint in state.values)}
+        moves, base = {self.moves} - {"fixed"}, f"{REMEDY}, or a base" if self.virtual else "a base"
+        if self.virtual and {*part_names(self.virtual.name)} <= description.joints.keys():
+            moves = set()
         parts = {
             "it is of another robot than the URDF": {self.robot} - {description.name, "" if not is_own else self.robot},
-            "a virtual_joint moves the base, which stands here: give it a base": {self.moves} - {"fixed"},
+            f"a virtual_joint moves the base, which stands here: give it {base}": moves,
             "links and joints that the URDF lacks are skipped": links - description.links
             | joints - {*description.joints},
             "elements and values that are not supported are skipped": self.other,
@@ -94,10 +99,17 @@ def read_srdf(path: Path, arguments: Mapping[str, str] | None = None) -> Srdf:
             effectors=frozenset(item.get("group", "") for item in root.findall("end_effector")),
             world_frame="" if virtual is None else virtual.get("parent_frame", ""),
             moves="fixed" if virtual is None else virtual.get("type", "fixed"),
+            virtual=_planar_joint(virtual),
             other=tuple(dict.fromkeys(other)),
         )
     except KeyError as error:
         raise RobotError(f"SRDF {path} has an element without attribute {error}; add it.") from None
+
+
+def _planar_joint(joint: ET.Element | None) -> VirtualJoint | None:
+    if joint is None or joint.get("type") != "planar":
+        return None
+    return VirtualJoint(joint.attrib["name"], joint.get("parent_frame", ""), joint.attrib["child_link"])
 
 
 def _pairs(root: ET.Element, kind: str) -> frozenset[frozenset[str]]:
@@ -113,8 +125,12 @@ def _state(element: ET.Element, other: list[str]) -> GroupState:
     name, values = element.attrib["name"], dict[str, float]()
     for item in element.findall("joint"):
         joint = item.attrib["name"]
-        if len(item.attrib["value"].split()) == 1:
+        numbers = item.attrib["value"].split()
+        if len(numbers) == 1:
             values[joint] = urdf.read_number(item, "value")
+        elif len(numbers) == 3:
+            for part, number in zip(part_names(joint), numbers, strict=True):
+                values[part] = urdf.read_number(ET.Element("joint", value=number), "value")
         else:
             other.append(f"several values of joint {quote(joint)} in state {quote(name)}")
     return GroupState(name, values)
@@ -175,7 +191,12 @@ def _joints_of(srdf: Srdf, name: str, description: urdf.Description, outer: tupl
         raise RobotError(f"{where} contains itself: mend the file.")
     group, above = srdf.groups[name], {child: (joint, up) for joint, (up, child) in description.joints.items()}
     chains = [(item.get("base_link", ""), item.get("tip_link", "")) for item in group.findall("chain")]
-    joints, links = _names(group, "joint"), _names(group, "link")
+    joints, links = list[str](), _names(group, "link")
+    for joint in _names(group, "joint"):
+        parts = part_names(joint)
+        joints += parts if {*parts} <= description.joints.keys() else [joint]
+        if joint not in description.joints and srdf.virtual and joint == srdf.virtual.name == joints[-1]:
+            raise RobotError(f"{where} moves the base by '{joint}', which has no limits: give {REMEDY}.")
     unknown = [each for each in joints if each not in description.joints]
     if unknown := unknown + [each for each in (*links, *sum(chains, ())) if each not in description.links]:
         raise RobotError(f"{where} names {quote(unknown[0])}, which the URDF lacks: mend one of the two.")

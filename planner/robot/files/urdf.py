@@ -18,6 +18,7 @@ from planner.base.yamlfile import FARTHEST, number, quote, suggest_name
 from planner.kinematics.arm import Mimic, frame_id
 from planner.robot.files.mjcf import Sites, convert_mjcf
 from planner.robot.files.packages import find_meshes, read_root
+from planner.robot.files.planar import Area, VirtualJoint, limit_slides, split_planar_joints
 from planner.robot.poses import se3
 from planner.robot.shapes import Mesh
 
@@ -43,6 +44,8 @@ class Description:
     mimics: tuple[Mimic, ...] = ()
     bare: frozenset[str] = frozenset()  # links with visual and without collision geometry
     links: frozenset[str] = frozenset()
+    unlimited: frozenset[str] = frozenset()  # slides without limits
+    planar: frozenset[str] = frozenset()  # joints that stand for planar ones
     joints: Mapping[str, tuple[str, str]] = field(default_factory=dict)  # fixed ones too: (parent, child) link
     meshes: Mapping[str, Mesh] = field(default_factory=dict)  # of an MJCF, by their names in ``xml``
     sites: Sites = field(default_factory=dict)  # of an MJCF
@@ -73,10 +76,17 @@ class Description:
         )
 
 
-def read_description(path: Path, arguments: Mapping[str, str] | None = None, text: str | None = None) -> Description:
+def read_description(
+    path: Path,
+    arguments: Mapping[str, str] | None = None,
+    text: str | None = None,
+    virtual: VirtualJoint | None = None,
+    area: Area | None = None,
+) -> Description:
     """Return the URDF at ``path`` or in ``text``; continuous joints become revolute within one turn.
 
     xacro is expanded with ``arguments``; MJCF is converted. The version becomes 1.1, below which readers drop capsules.
+    Planar joints become three, and a base moves within an ``area``, see :mod:`planner.robot.files.planar`.
     """
     root = read_root(path, "URDF", arguments, text)
     meshes, sites, notes = {}, {}, ()
@@ -87,6 +97,8 @@ def read_description(path: Path, arguments: Mapping[str, str] | None = None, tex
     root.set("version", "1.1")
     _require_known_words(root, path)
     find_meshes(root, path)
+    planar = split_planar_joints(root, path, virtual)
+    unlimited = limit_slides(root, path, area)
     links, joints = {_name(link): link for link in root.iterfind("link")}, root.findall("joint")
     if "universe" in {*links, *map(_name, joints)}:
         raise RobotError(f"URDF {path} calls a link or joint 'universe', as Pinocchio calls the world: rename it.")
@@ -112,6 +124,8 @@ def read_description(path: Path, arguments: Mapping[str, str] | None = None, tex
             if link.find("visual/geometry") is not None and link.find("collision") is None
         ),
         links=frozenset(links),
+        unlimited=unlimited,
+        planar=planar,
         joints={_name(joint): (_end(joint, "parent"), _end(joint, "child")) for joint in joints},
         meshes=meshes,
         sites=sites,
