@@ -104,7 +104,7 @@ class CellPlanner:
         with clock("setup"):
             how = what.ik_solutions, what.ik_tolerance
             ends = composite_targets(self.cell, request.what.start, request.what.goal, *how, self._alone)
-            query = resolve_query(self.checker, *ends, *how)
+            query = resolve_query(self.checker, *ends, *how).with_texts(request.what.goal)
             limits = None if timing is None else MotionLimits.from_robot(self.checker.robot, timing)
         draft = Plan(request, Outcome.NO_PATH, self.checker, roadmap_of_path(self.checker, query.starts[:1], 0))
         for name, roadmap in self._attempts(query, request, clock, progress):

@@ -1,7 +1,9 @@
 """From a request to the robot in its scene, a checker, and start and goal configurations."""
 
+from __future__ import annotations
+
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -58,6 +60,11 @@ class Query:
         away = np.abs(self.robot.difference(self.goals, q)).max(axis=1)
         return self.goal_names[int(away.argmin())]
 
+    def with_texts(self, goals: Sequence[Target]) -> Query:
+        """Return the query of a cell with the texts of its ``goals``, the first one for joined goals."""
+        texts = [goal.text for goal in goals]
+        return replace(self, goal_names=tuple(name if name in texts else texts[0] for name in self.goal_names))
+
 
 def make_checker_for(
     request: WorldRequest, message: StrPath | None = None, start: Callable[[CollisionChecker], Floats] | None = None
@@ -100,6 +107,7 @@ def make_query(
             "motion in time avoids: leave out --no-timing or timing=None."
         )
     start, goals = _targets(request, robot, scene, message)
+    asked = goals
     if request.cell is not None:
         start, goals = composite_targets(
             load_cell(request.cell), start, goals, request.ik_solutions, request.ik_tolerance
@@ -115,7 +123,7 @@ def make_query(
     progress("setup", 1, 2)
     query = resolve_query(checker, start, goals, request.ik_solutions, request.ik_tolerance, near_start, turns)
     progress("setup", 2, 2)
-    return query
+    return query if request.cell is None else query.with_texts(asked)
 
 
 def resolve_query(

@@ -326,7 +326,8 @@ class Session:
 def _resolve(checker: CollisionChecker, request: PlanRequest, cell: Cell | None) -> Query:
     what, how = request.what, (request.what.ik_solutions, request.what.ik_tolerance)
     ends = (what.start, what.goal) if cell is None else composite_targets(cell, what.start, what.goal, *how)
-    return resolve_query(checker, *ends, *how)
+    query = resolve_query(checker, *ends, *how)
+    return query if cell is None else query.with_texts(what.goal)
 
 
 def _make_task(world: LiveWorld, what: Task | Sequence[Step], q: Floats | None) -> Task:
