@@ -20,6 +20,7 @@ from planner.native.compiled import (
     NativeGate,
     NativeWorld,
     chunk_curves,
+    components,
     curve_chords,
     curve_knots,
     curve_next_ramp,
@@ -285,11 +286,18 @@ def of_clouds(rng: Rng, size: Size) -> list[Any]:
         points = rng.uniform(-1, 1, (count, 3)) * [1.0, 1.0, 1e-3]
         points = np.round(points / step) * step if step else points
         for side in (0.0, 0.3):
-            first, which = group_rows(points, side)
+            first, which, spread = group_rows(points, side)
+            assert spread == np.linalg.norm(points - points[first[which]], axis=1).max()
             keys = [tuple(row) for row in (np.floor(points / side) if side else points).tolist()]
             assert first.tolist() == [keys.index(key) for key in dict.fromkeys(keys)]
             assert [keys[k] for k in first[which]] == keys
             found += [first, which]
+        few = points[:150]
+        starts, near = components(few, 0.1), np.linalg.norm(few[:, None] - few, axis=2) <= 0.2
+        reached = near
+        for _ in range(10):
+            reached = reached.astype(float) @ reached > 0
+        assert reached[starts].any(axis=0).all()
         radius, boxes, cell = float(rng.choice([0.0, 0.02])), int(rng.integers(1, 40)), rng.uniform(0, 0.02, (1, 8, 3))
         for sets in (points[:, None], points[:, None] + cell):
             world = NativeWorld(chain, 0.0)
