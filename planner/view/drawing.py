@@ -11,6 +11,7 @@ import numpy as np
 from planner.base.arrays import Bools, Floats
 from planner.constraints.tool_bound import Frame
 from planner.kinematics.forward import Chain, joint_placements, tool_positions
+from planner.native.compiled import group_rows
 from planner.roadmap.roadmap import Roadmap
 from planner.robot.clouds import Points
 from planner.robot.poses import pose, quaternion_of
@@ -78,8 +79,10 @@ def draw_scene(canvas: Canvas, scene: Scene, touching: Collection[str] = ()) -> 
     for k, obstacle in enumerate(scene.obstacles):
         rgba = TOUCHING if obstacle.name in touching else colours[obstacle.object]
         if isinstance(obstacle.shape, Points):
-            points, up = obstacle.shape, obstacle.placement[2, :3]
-            canvas.points(f"obstacles/{k}", points.vertices, _colour_by_height(points.vertices @ up), points.radius)
+            size, up = obstacle.shape.radius, obstacle.placement[2, :3]
+            points = obstacle.shape.vertices
+            points = points[group_rows(points, size)[0]]  # squares of that size hide the others
+            canvas.points(f"obstacles/{k}", points, _colour_by_height(points @ up), size)
             canvas.transform(f"obstacles/{k}", obstacle.placement)
         else:
             canvas.shape(f"obstacles/{k}", smooth_mesh(obstacle.shape), obstacle.placement, rgba)
