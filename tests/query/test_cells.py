@@ -91,7 +91,7 @@ def test_bad_states_get_one_sentence(case: str) -> None:
 
 
 def test_states_by_robot_need_a_cell() -> None:
-    with pytest.raises(OptionError, match="only a cell has states by robot"):
+    with pytest.raises(OptionError, match="--cell for states by robot"):
         planner.plan("planar_2r", "empty", start="a:home", goal=Q)
 
 
