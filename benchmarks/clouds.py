@@ -5,8 +5,9 @@ two are nearer than a filter; and 100,000 with a filter of 5 mm. The radius is t
 samples; the estimate that a user gets without giving one; or VAMP's 2.5 mm. "Target touched": the obstacle nearest to
 the hand at the goal is a declared region that the last link and what it holds may touch. Depth images: 320 x 240 rays
 from above the robot's base, against the true shapes in closed form, with noise of 1 mm (at most 2 mm, declared), 2 % of
-the pixels and some blobs missing; what is behind stays unseen, free or solid as ``unknown`` says. Each problem is
-planned with `--path-only` in one process, robot and libraries in memory, after one plan that is not counted. OMPL:
+the pixels and some blobs missing; single ones are filled with the least of their neighbours. What is behind stays
+unseen, free or solid as ``unknown`` says, except within 50 mm of the arm at its start. Each problem is planned with
+`--path-only` in one process, robot and libraries in memory, after one plan that is not counted. OMPL:
 RRTConnect with its defaults on the same samples (10,000, filter 5 mm) as coal's octree of 25 mm, states checked by
 Pinocchio's loop. Ready is from the points to a checker, first from there to the first path, proven where it is ours;
 medians of the wall clock, to be read as ratios: first path over OMPL's is the median over problems that both solve.
@@ -31,6 +32,7 @@ import coal
 import numpy as np
 import pinocchio as pin
 import trimesh
+from scipy.ndimage import minimum_filter
 from scipy.spatial import KDTree
 
 from benchmarks import bench
@@ -44,6 +46,7 @@ from planner.batch.run import NO_PATH, REFUSED, SOLVED
 from planner.collision import make_checker
 from planner.collision.checker import CollisionChecker
 from planner.collision.coal import CoalChecker
+from planner.collision.self_filter import without_robot
 from planner.kinematics.forward import joint_placements
 from planner.planning.plan import plan
 from planner.problem.request import PlanRequest, RoadmapRequest
@@ -60,7 +63,8 @@ _SAFE = (COVERING, TARGET)
 _RADII = {ESTIMATED: None, VAMP: 2.5e-3}
 _DENSE = 200_000  # samples that stand for the surface
 _VIEW = (240, 320), (280.0, 280.0, 160.0, 120.0), 2.5  # pixels, intrinsics, far limit in m
-_NOISE, _CELL, _WAIT = 1e-3, 0.025, 10.0  # m of noise and of an octree's cells; s for OMPL
+_NOISE, _MARGIN = 1e-3, 0.05  # m of noise, and around the arm where it stood
+_CELL, _WAIT = 0.025, 10.0  # m of an octree's cells, and s for OMPL
 
 
 def clouds(
@@ -147,7 +151,7 @@ def see_world(row: bench.Row, query: Query) -> tuple[Scene, bench.Columns]:
         return scene, {}
     if row.world in (FREE, SOLID):
         image, dense = take_image(scene, query.robot.base[:3, 3], "solid" if row.world == SOLID else "free")
-        seen = list(image.obstacles("camera"))
+        seen = [*without_robot(image.obstacles("camera"), query.robot, query.starts[0], _MARGIN)]
         cloud = seen[0].shape
     else:
         xyz, dense = sample_surfaces(scene, row.samples, row.filter_mm * 1e-3)
@@ -210,6 +214,8 @@ def take_image(scene: Scene, base: Floats, unknown: Any) -> tuple[DepthImage, Fl
     depth[rng.random(depth.shape) < 0.02] = 0.0
     for row, column in zip(rng.integers(height, size=5), rng.integers(width, size=5), strict=True):
         depth[row : row + 12, column : column + 12] = 0.0
+    nearest = minimum_filter(np.where(depth > 0, depth, 10.0), size=3)
+    depth = np.where((depth > 0) | (nearest == 10.0), depth, nearest)
     there = (depth > 0).repeat(2, axis=0).repeat(2, axis=1) & (true < far)
     image = DepthImage(np.minimum(depth, 10.0), intrinsics, camera, (0.1, far), 2 * _NOISE, unknown=unknown)
     return image, (rays * true[..., None])[there]
