@@ -8,16 +8,15 @@ from functools import cache
 import numpy as np
 
 from planner.base.arrays import Bools, Floats, frozen
-from planner.base.errors import OptionError, StateError, choices, format_quantity, log_notes
-from planner.base.yamlfile import FARTHEST, quote
+from planner.base.errors import OptionError, StateError, choices, log_notes
+from planner.base.yamlfile import quote
 from planner.collision.checker import CollisionChecker, contact_at, is_free
 from planner.collision.world import Contact
 from planner.constraints.path_constraints import PathConstraints, bind_to_start, require_bound
 from planner.kinematics import inverse
 from planner.kinematics.manipulability import manipulability
 from planner.problem.conditions import BoxConstraint, Condition
-from planner.problem.options import IK_LARGEST, IK_LEAST
-from planner.problem.outcome import BeyondLimit, ConstraintBroken, OutOfReach, Touching
+from planner.problem.outcome import BeyondLimit, ConstraintBroken, Touching
 from planner.problem.targets import (
     FORMS,
     HOME,
@@ -32,15 +31,17 @@ from planner.problem.targets import (
     follow_names,
     parse_target,
 )
-from planner.robot.poses import pose, se3
-from planner.robot.robot import Robot, with_tool
+from planner.query.inverse_targets import (
+    IK_SEED,
+    reach_targets,
+    require_finite,
+    seeds_around,
+    targets_of_several_tools,
+)
+from planner.robot.robot import Robot
 
-IK_STARTS = 100
 NEAR_LIMIT = 0.05  # rad (m): a solution this near a joint limit is the last choice
 DEGREES = "degrees? As degrees they would lie within limits; give them in rad."  # remedy for degrees
-IK_SEED = 0  # apart from --seed: a target always gives the same configuration
-_AROUND = 15  # seeds around each start: the nearest solution may be blocked
-_SPREAD = 0.4  # rad (m), of these seeds
 _FORGIVEN = 1e-9  # rad (m): beyond a limit that was printed and read back
 _SEEDS, _BRANCH = 300, 0.3  # of goals with tolerance; rad (m): closer configurations are one branch
 _GLANCE = 0.1  # rad (m) of the largest joint motion between samples of a straight motion
@@ -76,8 +77,8 @@ def resolve(
             raise OptionError(
                 f"state must be {FORMS}, got '{target.text[:100]}': give one of these, or --cell for states by robot."
             )
-        case ToolGoal() if several := _for_several_tools(target, checker):
-            return _choose(_reach(several, checker.robot, role, starts, tolerance), checker, role, count, starts)
+        case ToolGoal() if several := targets_of_several_tools(target, checker):
+            return _choose(reach_targets(several, checker.robot, role, starts, tolerance), checker, role, count, starts)
         case ToolGoal(conditions):
             found = _spread(solve_conditions(conditions, checker, role, starts, tolerance), checker.robot)
             return _choose(found, checker, role, count, starts)
@@ -85,7 +86,7 @@ def resolve(
             here = ToolGoal((BoxConstraint((x, y, z), (x, y, z), frame=target.frame),))
             return resolve(here, checker, states, role, count, starts)
         case Position() | Pose():
-            found = _reach((target,), checker.robot, role, starts, tolerance)
+            found = reach_targets((target,), checker.robot, role, starts, tolerance)
             return _choose(_satisfy_constraints(found, target, checker, role, starts), checker, role, count, starts)
 
 
@@ -120,9 +121,9 @@ def resolve_as_is(target: Target, checker: CollisionChecker, states: Mapping[str
         case Joints(values):
             return frozen(joint_values(np.array(values), checker.robot, role))
         case Position() | Pose():
-            found = _reach((target,), checker.robot, role, None, inverse.TOLERANCE)
-        case ToolGoal() if several := _for_several_tools(target, checker):
-            found = _reach(several, checker.robot, role, None, inverse.TOLERANCE)
+            found = reach_targets((target,), checker.robot, role, None, inverse.TOLERANCE)
+        case ToolGoal() if several := targets_of_several_tools(target, checker):
+            found = reach_targets(several, checker.robot, role, None, inverse.TOLERANCE)
         case ToolGoal(conditions):
             found = solve_conditions(conditions, checker, role)
         case RobotStates():
@@ -152,7 +153,7 @@ def solve_conditions(
     all_of_them = PathConstraints(robot, (*conditions, *checker.world.conditions))
     seeds = np.vstack([robot.home, rng.uniform(robot.lower, robot.upper, size=(_SEEDS - 1, robot.dof))])
     if starts is not None:
-        seeds = np.vstack([seeds, _seeds(robot, starts)])
+        seeds = np.vstack([seeds, seeds_around(robot, starts)])
     found, good = all_of_them.project(seeds, rng.random(len(seeds)), inverse.POSITION_TOLERANCE)
     allowed = checker.world.constraints.holds(found)
     good &= allowed
@@ -182,57 +183,6 @@ def _spread(found: Floats, robot: Robot) -> Floats:
     return kept
 
 
-def _for_several_tools(target: ToolGoal, checker: CollisionChecker) -> tuple[Position | Pose, ...]:
-    """Return the positions and poses of several frames that make up a goal, none if it is another one."""
-    exact = () if checker.world.constraints else target.exact
-    return exact if len(exact) > 1 else ()
-
-
-def _reach(
-    targets: Sequence[Position | Pose],
-    robot: Robot,
-    role: str,
-    starts: Floats | None,
-    tolerance: inverse.Tolerance,
-) -> Floats:
-    """Return configurations (k, dof) that reach all targets; :class:`StateError` if there are none."""
-    robot = with_tool(robot, ",".join(target.frame or robot.tool for target in targets))
-    near = None if starts is None else _seeds(robot, starts)
-    places = [_placement(target, role) for target in targets]
-    rng, tries = np.random.default_rng(IK_SEED), len(targets) * IK_STARTS
-    solutions = inverse.solve(robot, places, rng, tries, near, tolerance)
-    if len(solutions.configurations):
-        return solutions.configurations
-    if len(targets) == 1:
-        raise _out_of_reach(solutions, robot, targets[0], role)
-    for target in targets:  # one that is out of reach by itself explains more
-        _reach((target,), robot, role, starts, tolerance)
-    raise StateError(
-        f"{role} cannot be reached by frames {choices(robot.tools)} at once, only by each of them: the nearest "
-        f"configuration of {tries} tries has one {format_quantity(solutions.distance, 'm')} and "
-        f"{format_quantity(solutions.angle, 'rad')} away; bring the targets closer together.",
-        OutOfReach(role, solutions.distance),
-    )
-
-
-def _placement(target: Position | Pose, role: str) -> inverse.Target:
-    if isinstance(target, Position):
-        _check_finite(np.array(target.xyz), role)
-        return np.array(target.xyz)
-    _check_finite(np.array([*target.xyz, *target.quaternion]), role)
-    try:
-        return se3(pose(target.xyz, quaternion=target.quaternion))
-    except ValueError as error:
-        raise StateError(f"{role}: {error}; give a unit quaternion qx,qy,qz,qw.") from None
-
-
-def _seeds(robot: Robot, starts: Floats) -> Floats:
-    """Return seeds (k, dof) of inverse kinematics: ``starts`` (s, dof) and configurations around them."""
-    noise = np.random.default_rng(IK_SEED).normal(scale=_SPREAD, size=(_AROUND, *starts.shape))
-    around = np.where(robot.continuous, starts + noise, np.clip(starts + noise, robot.lower, robot.upper))
-    return np.vstack([starts, around.reshape(-1, robot.dof)])
-
-
 def _look_up(name: str, states: Mapping[str, str], checker: CollisionChecker, role: str) -> list[Target]:
     """Return the targets of a named state: several if the scene names alternatives."""
     found, robot, end = (
@@ -248,13 +198,6 @@ def _look_up(name: str, states: Mapping[str, str], checker: CollisionChecker, ro
             f"or {FORMS}."
         )
     return found
-
-
-def _check_finite(values: Floats, role: str) -> None:
-    if len(wrong := values[~(np.abs(values) <= FARTHEST)]):
-        raise StateError(
-            f"{role} must hold finite numbers of at most {FARTHEST:g}, got {wrong[0]:g}: give them in rad and metres."
-        )
 
 
 def free_configuration(values: Floats, checker: CollisionChecker, role: str) -> Floats:
@@ -308,7 +251,7 @@ def joint_values(values: Floats, robot: Robot, role: str) -> Floats:
             f"{role} must have {robot.dof} joint values, got {values.size}: planned joints of {robot.name} "
             f"are {choices(robot.joints)}."
         )
-    _check_finite(values, role)
+    require_finite(values, role)
     return values
 
 
@@ -433,20 +376,3 @@ def contact_reason(role: str, contact: Contact) -> Touching:
 
 def _describe(contact: Contact, checker: CollisionChecker) -> str:
     return f"{contact} {contact.how(checker.world.margin)}"
-
-
-def _out_of_reach(solutions: inverse.Solutions, robot: Robot, target: Position | Pose, role: str) -> StateError:
-    place = ", ".join(f"{value:g}" for value in target.xyz)
-    reach = "joint limits or orientation forbid it"
-    if (beyond := inverse.beyond_reach(robot, np.array(target.xyz))) > 0:
-        reach = f"the target lies {format_quantity(beyond, 'm')} beyond the arm's reach"
-    distance, angle, remedy = solutions.distance, solutions.angle, "choose a nearer one"
-    if isinstance(target, Pose) and distance <= IK_LARGEST[0] / 2 and angle <= IK_LARGEST[1] / 2:
-        allowed = ",".join(f"{max(1.1 * miss, IK_LEAST):.2g}" for miss in (distance, angle))
-        remedy += f", or allow as much by --ik-tolerance {allowed}"
-    turn = f" and {format_quantity(angle, 'rad')}" if isinstance(target, Pose) else ""
-    return StateError(
-        f"{role} ({place}) cannot be reached by frame '{robot.tool}': the nearest configuration of {IK_STARTS} tries "
-        f"stays {format_quantity(distance, 'm')}{turn} away ({reach}); {remedy}.",
-        OutOfReach(role, float(distance)),
-    )

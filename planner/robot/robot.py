@@ -14,10 +14,9 @@ from numpy.typing import ArrayLike
 
 from planner.base.arrays import Floats, frozen, numbers, placement
 from planner.base.cache import content_hash
-from planner.base.errors import ArrayError, FileError, Note, OptionError, RobotError, choices
+from planner.base.errors import ArrayError, FileError, Note, OptionError, RobotError
 from planner.base.files import StrPath
-from planner.base.yamlfile import FARTHEST
-from planner.kinematics.arm import Arm, frame_id, sliding_joints, tool_names
+from planner.kinematics.arm import Arm, frame_id, tool_names
 from planner.kinematics.forward import Chain, joint_placements
 from planner.kinematics.inverse import TOLERANCE, Tolerance, solve
 from planner.kinematics.manipulability import (
@@ -27,10 +26,9 @@ from planner.kinematics.manipulability import (
     manipulability,
     measure_name,
 )
-from planner.problem.targets import TURN
 from planner.robot.files import urdf
 from planner.robot.files.meshes import collada_notes
-from planner.robot.files.pinocchio_models import files_of_model
+from planner.robot.files.pinocchio_models import files_of_model, require_limits
 from planner.robot.files.planar import REMEDY
 from planner.robot.files.robot_files import ALL_JOINTS, JointChoice, MotionFile, RobotFiles, read_robot
 from planner.robot.files.srdf import states_of_joints
@@ -39,8 +37,6 @@ from planner.robot.poses import pose
 from planner.robot.shapes import Body, Carried
 
 _log = logging.getLogger(__name__)
-
-_MOST_TURNS = 4  # in either direction: larger limits are probably degrees
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -349,7 +345,7 @@ def assemble(
     file, description, on_tool = files.file, files.description, files.notes_on_tool(tool, choice)
     tools, planned = files.tools(tool, choice), files.select_joints(tool, choice, fixed or {})
     for each in tools:
-        _check_joints(files, planned, each)
+        files.require_moved(planned, each)
     if free := [joint for joint in planned if joint in description.unlimited]:
         text = f"joint '{free[0]}' slides without limits: give it limits in its file, or for a base"
         raise RobotError(f"{text} {REMEDY}.")
@@ -362,7 +358,7 @@ def assemble(
     held, followers = urdf.resolve_mimics(description, files.model, planned, fixed)
     moving = [*planned, *(item.joint for item in followers)]
     model, bodies = read_bodies(description, files.model, "collision", moving, held, base)
-    _check_limits(model)
+    require_limits(model)
     endless, limit_notes = urdf.narrow_limits(model, followers, description.continuous)
     rows = [model.getJointId(name) - 1 for name in planned]
     lower, upper = frozen(model.lowerPositionLimit[rows]), frozen(model.upperPositionLimit[rows])
@@ -396,26 +392,3 @@ def assemble(
         fixed_joints=held,
         followers=followers,
     )
-
-
-def _check_joints(files: RobotFiles, planned: Sequence[str], tool: str) -> None:
-    between = files.leaders(tool)
-    if not between:
-        raise RobotError(f"no movable joint lies between the base and frame '{tool}': choose another tool frame.")
-    if not set(planned) & set(between):
-        text = f"no joint that moves frame '{tool}' is planned: plan one of {choices(between)}, or choose another tool"
-        raise RobotError(f"{text} frame.")
-
-
-def _check_limits(model: pin.Model) -> None:
-    limits = model.names[1:], model.lowerPositionLimit, model.upperPositionLimit, sliding_joints(model)
-    for name, low, high, slides in zip(*limits, strict=True):
-        if not (np.isfinite(low) and np.isfinite(high) and low < high):
-            text = "give it finite limits, lower below upper, in the URDF."
-        elif max(abs(low), abs(high)) <= (FARTHEST if slides else _MOST_TURNS * TURN):
-            continue
-        elif slides:
-            text = "give it limits in metres in the URDF."
-        else:
-            text = "degrees? 180 degrees are 3.1416 rad; a joint that turns without end is of type continuous."
-        raise RobotError(f"joint '{name}' has limits [{low:g}, {high:g}]: {text}")

@@ -6,7 +6,7 @@ import pytest
 from scipy.optimize import least_squares
 
 from planner.kinematics import inverse
-from planner.query.resolve import IK_STARTS
+from planner.query.inverse_targets import IK_STARTS
 from planner.robot.poses import pose
 from planner.robot.robot import Robot
 from tests.worlds import FEW_AXES, ROBOTS, arm_of_few_axes, joint_xml, link_xml, load, random_q

@@ -8,6 +8,9 @@ import pinocchio as pin
 
 from planner.base.arrays import Floats
 from planner.base.errors import RobotError
+from planner.base.yamlfile import FARTHEST
+from planner.kinematics.arm import sliding_joints
+from planner.problem.targets import TURN
 from planner.robot.files.robot_files import RobotFile, RobotFiles, Source
 from planner.robot.files.urdf import Description, Mimic
 
@@ -15,6 +18,7 @@ _UNLIMITED = 1e300  # Pinocchio writes inf or the largest double where there is 
 _LINK = pin.FrameType.BODY
 _TURNING = pin.JointModelRX, pin.JointModelRY, pin.JointModelRZ, pin.JointModelRevoluteUnaligned
 _SLIDING = pin.JointModelPX, pin.JointModelPY, pin.JointModelPZ, pin.JointModelPrismaticUnaligned
+_MOST_TURNS = 4  # in either direction: larger limits are probably degrees
 
 
 def files_of_model(model: pin.Model, collision: pin.GeometryModel, visual: pin.GeometryModel | None) -> RobotFiles:
@@ -106,3 +110,18 @@ def _links_at_joints(model: pin.Model) -> dict[str, tuple[str, str]]:
             above = model.frames[joint.parentFrame]
             links[joint.name] = above.name if above.type == _LINK else "", link.name
     return links
+
+
+def require_limits(model: pin.Model) -> None:
+    """Raise :class:`RobotError` for a joint without finite limits of a plausible size."""
+    limits = model.names[1:], model.lowerPositionLimit, model.upperPositionLimit, sliding_joints(model)
+    for name, low, high, slides in zip(*limits, strict=True):
+        if not (np.isfinite(low) and np.isfinite(high) and low < high):
+            text = "give it finite limits, lower below upper, in the URDF."
+        elif max(abs(low), abs(high)) <= (FARTHEST if slides else _MOST_TURNS * TURN):
+            continue
+        elif slides:
+            text = "give it limits in metres in the URDF."
+        else:
+            text = "degrees? 180 degrees are 3.1416 rad; a joint that turns without end is of type continuous."
+        raise RobotError(f"joint '{name}' has limits [{low:g}, {high:g}]: {text}")

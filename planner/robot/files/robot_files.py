@@ -112,6 +112,15 @@ class RobotFiles:
             )
         return [name for name in self.model.names[1:] if name in chosen and name not in held]
 
+    def require_moved(self, planned: Sequence[str], tool: str) -> None:
+        """Raise :class:`RobotError` unless one of the ``planned`` joints moves a tool."""
+        between = self.leaders(tool)
+        if not between:
+            raise RobotError(f"no movable joint lies between the base and frame '{tool}': choose another tool frame.")
+        if not {*planned} & {*between}:
+            text = f"no joint that moves frame '{tool}' is planned: plan one of {choices(between)}"
+            raise RobotError(f"{text}, or choose another tool frame.")
+
     def leaders(self, frame: str, held: Collection[str] = ()) -> list[str]:
         """Return the joints that move ``frame``, base first, leaders in place of followers.
 
