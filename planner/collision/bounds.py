@@ -38,7 +38,7 @@ from planner.robot.shapes import (
 
 _NONE: Mapping[str, KnownMotion] = MappingProxyType({})
 _SPHERES, _CELL = 6, 0.08  # spheres a body, and the cell size below which none is cut (m)
-_CONVEX = 1e-5  # m: a mesh nowhere deeper below its hull counts as convex
+CONVEX = 1e-5  # m: a mesh nowhere deeper below its hull counts as convex
 _BOXES = 64  # boxes a mesh obstacle
 
 
@@ -184,7 +184,7 @@ def _add(native: NativeWorld, joint: int, shape: Shape, placement: Floats) -> in
             return native.add_cloud(joint, shape.cells @ turn.T + shift, shape.radius, _boxes_of(shape))
         points, depth = hull_of(shape)
         hull = points @ turn.T + shift
-        if depth < _CONVEX:
+        if depth < CONVEX:
             return native.add_hull(joint, hull, shape.radius)
         triangles = (shape.vertices @ turn.T + shift)[shape.triangles]
         return native.add_surface(joint, hull, triangles, depth, shape.radius)

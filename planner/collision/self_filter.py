@@ -5,17 +5,17 @@ from dataclasses import replace
 
 import numpy as np
 
-from planner.base.arrays import Bools, Floats
+from planner.base.arrays import Bools, Floats, Ints
 from planner.base.errors import Note
 from planner.collision.bounding_volumes import hull_of
-from planner.collision.bounds import ClearanceBound
+from planner.collision.bounds import CONVEX, ClearanceBound
 from planner.collision.world import World
 from planner.kinematics.forward import Chain, joint_placements
 from planner.robot.clouds import Points, Voxels, notes_on_clouds
 from planner.robot.robot import Robot
 from planner.robot.robot_in_scene import resolve_frames, state_seen
 from planner.robot.scene import Scene
-from planner.robot.shapes import Mesh, Obstacle
+from planner.robot.shapes import Mesh, Obstacle, bounding_box
 from planner.robot.solids import solid_of
 
 
@@ -25,14 +25,28 @@ def points_on_robot(robot: Robot, q: Floats, points: Floats, margin: float) -> B
     Includes the payload. The distance is that of the proofs, to a micrometre.
     """
     rotation, position = joint_placements(Chain.from_arm(robot), np.asarray(q, dtype=float)[None])
+    near, rows = np.zeros(len(points), dtype=bool), _find_around(robot, rotation, position, points, margin)
+    if not len(rows):
+        return near
+    some = np.ascontiguousarray(points[rows])
     bound = ClearanceBound(World.from_scene(robot, Scene("empty"), frozenset()))
-    near = bound.native.points_within(rotation, position, np.ascontiguousarray(points), margin)
+    near[rows] = bound.native.points_within(rotation, position, some, margin)
     for body in robot.bodies:  # distances are those of surfaces, and of the whole of a convex mesh
-        if isinstance(body.shape, Mesh) and hull_of(body.shape)[1] > 0 and (solid := solid_of(body.shape)):
-            rows = np.flatnonzero(~near)
-            local = (points[rows] - position[body.joint, 0]) @ rotation[body.joint, 0]
-            near[rows] = solid.contains((local - body.placement[:3, 3]) @ body.placement[:3, :3])
+        if isinstance(body.shape, Mesh) and hull_of(body.shape)[1] >= CONVEX and (solid := solid_of(body.shape)):
+            local = (some - position[body.joint, 0]) @ rotation[body.joint, 0]
+            near[rows] |= solid.contains((local - body.placement[:3, 3]) @ body.placement[:3, :3])
     return near
+
+
+def _find_around(robot: Robot, rotation: Floats, position: Floats, points: Floats, margin: float) -> Ints:
+    """Return which points (n, 3) are within ``margin`` (m) of a box around balls about the bodies."""
+    boxes = [(body, *bounding_box(body.shape)) for body in robot.bodies]
+    middles = [body.placement[:3, :3] @ (0.5 * (low + high)) + body.placement[:3, 3] for body, low, high in boxes]
+    joints = np.array([body.joint for body in robot.bodies], dtype=np.int64)
+    placed = (rotation[joints, 0] @ np.reshape(middles, (-1, 3, 1)))[..., 0] + position[joints, 0]
+    reach = np.reshape([0.5 * np.linalg.norm(high - low) + margin + 1e-6 for _, low, high in boxes], (-1, 1))
+    low, high = (placed - reach).min(axis=0, initial=np.inf), (placed + reach).max(axis=0, initial=-np.inf)
+    return np.flatnonzero(((points >= low) & (points <= high)).all(axis=1))
 
 
 def without_robot(seen: Iterable[Obstacle], robot: Robot, q: Floats, margin: float = 0.02) -> tuple[Obstacle, ...]:
