@@ -216,9 +216,14 @@ def split_regions(name: str, cloud: Points, placement: Floats, regions: Mapping[
 
 def split_blocks(item: Obstacle, known: Iterable[Obstacle] = ()) -> list[Obstacle]:
     """Return points or voxels as obstacles of one object, one per cube of a grid; reuse ``known`` blocks."""
+    seen = item.shape
+    if not isinstance(seen, Points | Voxels):
+        return [item]
     same = {block.name: block for block in known if np.array_equal(block.placement, item.placement)}
-    seen, made = item.shape, []
-    parts = zip(*group_samples(seen, _BLOCK), strict=True) if isinstance(seen, Points) else _blocks_of_voxels(seen)
+    made: list[Obstacle] = []
+    parts: Iterable[tuple[list[int], Any]] = (
+        zip(*group_samples(seen, _BLOCK), strict=True) if isinstance(seen, Points) else _blocks_of_voxels(seen)
+    )
     for cell, part in parts:
         name = f"{item.name}[{', '.join(map(str, cell))}]"
         old = same.get(name)
