@@ -224,7 +224,10 @@ def plan_in_turn(request: PlanRequest, timing: TimingRequest | None, progress: P
     """
     plain, given = PlanRequest(), request.values()
     for name, value in plain.values().items():
-        if name not in ("cell", "start", "goal", "ik_solutions", "ik_tolerance", *OPTIONS) and given[name] != value:
+        if (
+            name not in ("cell", "start", "goal", "ik_solutions", "ik_tolerance", "in_turn", *OPTIONS)
+            and given[name] != value
+        ):
             raise OptionError(f"--{name.replace('_', '-')} must be left out with --in-turn: plan the robots together.")
     cell_planner = CellPlanner(request.what.cell, **{name: given[name] for name in OPTIONS if given[name] is not None})  # type: ignore[arg-type]
     plan = cell_planner.plan(request.what.start, request.what.goal, timing=timing, progress=progress)

@@ -89,9 +89,6 @@ class PlanOutput(FollowOutput):
     """Files and messages."""
 
     certificate: Annotated[bool, Doc("Write proof.npz for 'planner verify', which trusts no planner.")] = False
-    in_turn: Annotated[
-        bool, Doc("For a cell: a roadmap of each robot, and a search for who moves when, in place of one roadmap.")
-    ] = False
 
 
 def run_and_save(

@@ -63,14 +63,14 @@ def plan(
     option, 3 unusable robot, scene, state or file, 4 no path, 130 interrupted.
     """
     timing = output.timing(limits)
-    if output.in_turn and problem.cell is None:
+    if problem.in_turn and problem.cell is None:
         raise OptionError("--in-turn plans several robots: give --cell.")
     from planner.planning.plan import plan as find_plan
     from planner.tradeoff.sweep import add_alternatives
 
     def find(progress: Progress) -> Plan:
         request = PlanRequest(problem, quality)
-        if output.in_turn:
+        if problem.in_turn:
             from planner.cells.planner import plan_in_turn
 
             return plan_in_turn(request, timing, progress)

@@ -3,6 +3,7 @@
 from dataclasses import replace
 from typing import Any
 
+from planner.base.errors import OptionError
 from planner.base.progress import QUIET, Progress, Stopwatch
 from planner.planning.improvement import improve_plan
 from planner.planning.legs import find_legs
@@ -44,6 +45,8 @@ def plan(
     """
     clock = Stopwatch()
     request = build_request(request or PlanRequest(), objective, options, robot, scene)
+    if request.what.in_turn:
+        raise OptionError("in_turn must be False for planner.plan, got True: give the cell to planner.CellPlanner.")
     with clock("setup"):
         query = make_query(request.what, in_time=timing is not None, progress=progress)
         limits = None if timing is None else MotionLimits.from_robot(query.robot, timing)

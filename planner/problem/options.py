@@ -226,6 +226,9 @@ Approach = Annotated[
 Retreat = Annotated[
     Real, AfterValidator(_leg), Doc("Metres that it first goes straight back along its z axis from the start.")
 ]
+InTurn = Annotated[
+    bool, Doc("For a cell: a roadmap of each robot, and a search for who moves when, in place of one roadmap.")
+]
 ToolSpeed = Annotated[
     Annotated[Real, Field(ge=1e-5, le=10)] | None,
     Doc("Speed of the tool along the path, m/s: at most so much, and just that where the joints' limits allow it."),

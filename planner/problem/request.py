@@ -127,6 +127,7 @@ class MotionRequest(ProblemRequest):
 
     approach: option.Approach = 0.0
     retreat: option.Retreat = 0.0
+    in_turn: option.InTurn = False
 
 
 @options

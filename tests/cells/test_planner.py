@@ -14,6 +14,7 @@ from planner.cells.coordinate import _cut, coordinate
 from planner.cells.planner import CellPlanner
 from planner.collision import make_checker
 from planner.collision.edge_prover import EdgeProver
+from planner.planning.plan import plan as find_plan
 from planner.planning.result import Plan
 from planner.problem.outcome import Outcome
 from planner.problem.request import PartialWorld
@@ -109,6 +110,9 @@ def test_a_robot_without_a_goal_stays_and_times_add_up() -> None:
     assert plan.makespan == busy_seconds(plan.trajectory) == pytest.approx(plan.trajectory.duration, abs=1e-3)
     assert plan.flowtime == pytest.approx(busy_seconds(left) + busy_seconds(right))
     assert plan.record.cell is not None
+    assert plan.record.config["in_turn"]
+    with pytest.raises(OptionError, match="CellPlanner"):
+        find_plan(request=plan.request)
     assert plan.record.cell.makespan == plan.makespan
 
 
