@@ -221,10 +221,7 @@ def split_blocks(item: Obstacle, known: Iterable[Obstacle] = ()) -> list[Obstacl
         return [item]
     same = {block.name: block for block in known if np.array_equal(block.placement, item.placement)}
     made: list[Obstacle] = []
-    parts: Iterable[tuple[list[int], Any]] = (
-        zip(*group_samples(seen, _BLOCK), strict=True) if isinstance(seen, Points) else _blocks_of_voxels(seen)
-    )
-    for cell, part in parts:
+    for cell, part in _blocks_of(seen):
         name = f"{item.name}[{', '.join(map(str, cell))}]"
         old = same.get(name)
         if old is None or not _stands_for(old.shape, seen, part):
@@ -232,6 +229,13 @@ def split_blocks(item: Obstacle, known: Iterable[Obstacle] = ()) -> list[Obstacl
             old = Obstacle(name, shape, item.placement, object_id=item.object)
         made.append(old)
     return made
+
+
+def _blocks_of(seen: Points | Voxels) -> Iterable[tuple[list[int], Any]]:
+    """Return the numbers of blocks, and what each holds."""
+    if isinstance(seen, Voxels):
+        return _blocks_of_voxels(seen)
+    return zip(*group_samples(seen, _BLOCK), strict=True)
 
 
 def group_samples(cloud: Points, side: float) -> tuple[list[list[int]], list[Floats]]:
