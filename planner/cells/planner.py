@@ -68,7 +68,7 @@ class CellPlanner:
                 "a cell that is planned in turn must have no moving obstacles and no constraints: plan it together."
             )
         own = {name: value for name, value in options.items() if name != "nodes"}  # nodes are of each robot's roadmap
-        quality = {"path_only": True, "refinement_rounds": 0, "extra_clearance": 0.0}
+        quality = {"in_turn": True, "path_only": True, "refinement_rounds": 0, "extra_clearance": 0.0}
         self.request = PlanRequest.from_options(cell=cell, **(quality | own))
         robot, margin = with_carried(self.cell.robot, self.cell.scene.carried), self.request.what.margin
         self.checker: CollisionChecker = make_checker(robot, self.cell.scene, self.request.what.collision, margin)
