@@ -178,7 +178,9 @@ def of_keeping(rng: Rng, size: Size) -> list[Any]:
     rows, limits = rng.normal(size=(4 * k, 12)), rng.uniform(0.5, 2.0, 2 * k) * np.where(ball, 1.0, -1.0)
     free = np.full(size.joints, -2.5), np.full(size.joints, 2.5), wraps
     pieces = np.full(2, k), np.where(ball, 3, 1), ball, rows, rng.normal(size=4 * k), limits, np.ones(2 * k)
-    keeping, (rotation, position) = NativeConstraints(chain, joints, placements, *pieces, free), chain.placements(q)
+    world = np.full(2, -1), np.tile(np.eye(4), (2, 1, 1))
+    keeping = NativeConstraints(chain, joints, placements, *pieces, free, *world)
+    rotation, position = chain.placements(q)
     there, good = keeping.projected(q, rng.random(len(q)), 1e-9, 20)
     assert (np.abs(there[(there != q).any(axis=1)][:, ~wraps]) <= 2.5).all()
     found, (turns, shifts) = [there, good], chain.placements(there)
@@ -192,7 +194,7 @@ def of_keeping(rng: Rng, size: Size) -> list[Any]:
     assert not proven[~good].any()
     found.append(proven)
     empty = tuple(array[:0] for array in pieces)
-    none = NativeConstraints(chain, joints[:0], placements[:0], *empty, free)
+    none = NativeConstraints(chain, joints[:0], placements[:0], *empty, free, *(array[:0] for array in world))
     assert none.projected(q, np.ones(len(q)), 0.0, 3)[1].all()
     return [*found, rotation, position]
 

@@ -63,7 +63,7 @@ MANY = 1_000_000
 
 KEEPING = NativeConstraints(  # of what no position has: x >= 1e5
     CHAIN, ONE, np.eye(4)[None], ONE, ONE, NO, np.eye(12)[:1], np.zeros(1), np.full(1, 1e5), np.ones(1),
-    (np.full(1, -9.0), np.full(1, 9.0), NO),
+    (np.full(1, -9.0), np.full(1, 9.0), NO), -ONE, np.eye(4)[None],
 )  # fmt: skip
 
 
