@@ -12,7 +12,7 @@ import numpy as np
 import pydantic
 
 from planner.base.arrays import Floats, frozen
-from planner.base.errors import OptionError, PlannerError, RobotError, choices
+from planner.base.errors import PlannerError, RobotError, StateError, choices
 from planner.base.files import StrPath
 from planner.base.yamlfile import Name, find_duplicates, parse_yaml, quote, read_text, suggest_name, validate
 from planner.problem.targets import HOME, Joints, follow_names, parse_target
@@ -145,10 +145,10 @@ class Cell:
         )
 
     def require_robot(self, name: str) -> str:
-        """Return the name of a robot of the cell; :class:`OptionError` for another."""
+        """Return the name of a robot of the cell; :class:`StateError` for another."""
         if name not in self.robots:
             known = choices(self.robots)
-            raise OptionError(f"robot {quote(name)} not found{suggest_name(name, self.robots)}: robots are {known}.")
+            raise StateError(f"robot {quote(name)} not found{suggest_name(name, self.robots)}: robots are {known}.")
         return name
 
     @cached_property

@@ -181,7 +181,7 @@ REFUSED = {
     "plan --in-turn": (2, "--in-turn plans several robots: give --cell"),
     "plan {cell} --in-turn --goal left:there --approach 0.1": (2, "--approach must be left out with --in-turn"),
     "plan {cell} --robot panda": (2, "--cell names robots and scene: leave out --robot"),
-    "plan {cell} --goal middle:there": (2, "robot 'middle' not found: robots are left, right"),
+    "plan {cell} --goal middle:there": (3, "robot 'middle' not found: robots are left, right"),
     "plan --cell none.yaml --goal left:there": (3, "cell file none.yaml not found"),
 }
 
