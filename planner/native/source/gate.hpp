@@ -90,7 +90,7 @@ struct GateRules {
     double most_given;                   // largest input number, in any unit
 };
 
-// The controller's motion through k points, in arrays of the caller; see Chunk in planner/session/verdict.py.
+// The controller's motion through k points, in arrays of the caller; see Chunk in planner/session/guard.py.
 struct Chunk {
     int count = 0, degree = 0;
     bool rough = false, approached = false;
@@ -178,7 +178,7 @@ struct Chunk {
     }
 };
 
-// The result of a check. Numbers of reasons and places are those of planner/session/verdict.py.
+// The result of a check. Numbers of reasons and places are those of planner/session/reasons.py.
 enum Reason : int64_t { no_reason = 0, not_there = 1, beyond_limit = 2, not_proven = 3 };
 enum Place : int64_t { on_approach = 0, on_motion = 1, on_stop = 2 };
 struct Judgement {

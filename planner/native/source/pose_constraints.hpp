@@ -83,7 +83,8 @@ class Projection {
    public:
     explicit Projection(const PoseConstraints& keeping)
         : constraints_(keeping), dof_(keeping.chain.dof()), frames_(keeping.chain.size() + 1), linear_(dof_),
-          angular_(dof_), base_linear_(dof_), base_angular_(dof_), rates_(12 * dof_), row_(dof_), square_(dof_ * dof_), step_(dof_) {}
+          angular_(dof_), base_linear_(dof_), base_angular_(dof_), rates_(12 * dof_), row_(dof_), square_(dof_ * dof_),
+          step_(dof_) {}
 
     // Gauss-Newton steps from q to the constraints, a share `depth` of the way to their centres, until all hold up to
     // `exact`; q becomes the result. Returns whether all hold.

@@ -20,8 +20,8 @@ struct MoveRules {
 class WaypointMoves {
    public:
     WaypointMoves(const Chain& chain, const Tools& tools, const Prices& prices, const MoveRules& rules)
-        : dof_(chain.dof()), pricing_(chain, tools, prices), slopes_(chain, tools, coarse(prices)), wraps_(prices.wraps),
-          rules_(rules), downhill_(dof_) {}
+        : dof_(chain.dof()), pricing_(chain, tools, prices), slopes_(chain, tools, coarse(prices)),
+          wraps_(prices.wraps), rules_(rules), downhill_(dof_) {}
 
     // Write up to `most` positions (most, dof) of the waypoint `here`, the cheapest first; returns their number. `size`
     // (rad) is the step; `draws` (draws, dof + 1) are offsets to the unit direction downhill, and shares of the step.
