@@ -40,7 +40,8 @@ class Cell:
         self.q, self.qd, self.joints = START, 0 * START, ROBOT.joints
         self.heard: dict[str, list[Any]] = {"trajectory": [], "planned": [], "markers": [], "reason": []}
         self.executor, self.senders = MultiThreadedExecutor(4), dict[str, Any]()
-        given = [Parameter(key, value=value) for key, value in parameters.items()]
+        slow = {"max_state_age": 20.0} | parameters  # reports may wait on a loaded machine
+        given = [Parameter(key, value=value) for key, value in slow.items()]
         self.planner = PlannerNode(namespace=name, parameter_overrides=given)
         self.user = Node("user", namespace=name)
         kinds = (JointTrajectory, JointTrajectory, MarkerArray, String)
