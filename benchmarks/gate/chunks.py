@@ -37,6 +37,11 @@ def random_chunk(robot: Robot, kind: str, steps: int, seconds: float, rng: Rng, 
     start = 0.5 * (lower + upper) + 0.5 * (upper - lower) * rng.uniform(-0.75, 0.75, robot.dof)
     speed = rng.uniform(1.0, 4.0, (3, robot.dof))
     height, phase = rng.normal(0.0, 2.0 * size, (3, robot.dof)) / speed, rng.uniform(0.0, 2.0 * np.pi, (3, robot.dof))
+    return sine_chunk(kind, times, start, speed, height, phase)
+
+
+def sine_chunk(kind: str, times: Floats, start: Floats, speed: Floats, height: Floats, phase: Floats) -> Chunk:
+    """A motion from ``start`` (dof,): the sum of sines whose numbers are rows (k, dof)."""
     angle = speed[:, None] * times[:, None] + phase[:, None]
     waves = (
         np.sin(angle) - np.sin(phase)[:, None],

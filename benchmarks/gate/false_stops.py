@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from benchmarks.gate.chunks import KINDS, Chunk, Rng
+from benchmarks.gate.chunks import KINDS, Chunk, Rng, sine_chunk
 from benchmarks.gate.judge import motion_of, possible_stops, reach_of, states_on
 from planner.base.arrays import Floats
 from planner.base.errors import SceneError
@@ -76,15 +76,7 @@ def slow_chunk(situation: str, kind: str, steps: int, rng: Rng) -> Chunk:
     start = _READY + rng.uniform(-0.15, 0.15, len(_READY))
     speed = rng.uniform(1.0, 3.0, (2, len(_READY)))
     height, phase = rng.normal(0.0, size, (2, len(_READY))), rng.uniform(0.0, 2.0 * np.pi, (2, len(_READY)))
-    angle = speed[:, None] * times[:, None] + phase[:, None]
-    waves = (
-        np.sin(angle) - np.sin(phase)[:, None],
-        speed[:, None] * np.cos(angle),
-        -(speed[:, None] ** 2) * np.sin(angle),
-    )
-    knots = np.stack([(height[:, None] * wave).sum(axis=0) for wave in waves], axis=1)
-    knots[:, 0] += start
-    return Chunk(kind, times, knots)
+    return sine_chunk(kind, times, start, speed, height, phase)
 
 
 def judged_at(robot: Robot, situation: str, clearance: float, steps: int, rng: Rng) -> Verdict | None:

@@ -1,10 +1,11 @@
 """Trajectories of several robots checked together, on one clock."""
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from pathlib import Path
 
 from planner.base.errors import FileError, OptionError, PlannerError, choices
 from planner.base.progress import QUIET, Progress
+from planner.base.resolutions import RECHECK
 from planner.problem.request import LimitsRequest, PartialWorld, WorldRequest
 from planner.query.query import make_checker_for
 from planner.query.robots import load_cell
@@ -21,7 +22,7 @@ def check_files(
     files: Sequence[Path],
     world: PartialWorld,
     limits: LimitsRequest | None = None,
-    step: float = 0.001,
+    step: float = RECHECK,
     progress: Progress = QUIET,
 ) -> Report:
     """Check the trajectories of robots of a cell together: each moves by its own file, and others rest.
@@ -46,7 +47,7 @@ def check_files(
     return check(whole, checker=checker, limits=limits, step=step, progress=progress)
 
 
-def _read(file: Path, cell: Cell, known: Sequence[str] | dict[str, Trajectory]) -> tuple[str, Trajectory]:
+def _read(file: Path, cell: Cell, known: Collection[str]) -> tuple[str, Trajectory]:
     """Return the robot that a file moves, and its trajectory."""
     fits, error = dict[str, Trajectory](), None
     for prefixed in (True, False):

@@ -53,10 +53,7 @@ class Boxes:
         self._halves, self._turns, self._middles = boxes[:count, 1], turns[:count], middles[:count]
         self._obstacles = _Placed.from_halves(boxes[count:, 1], turns[count:, None], middles[count:, None])
         seen = np.array([isinstance(item.shape, Points) for item in world.obstacles], dtype=bool)
-        self._checked, self._own = (
-            world.checked & ~seen,
-            world.self_pairs,
-        )  # planes decide on points
+        self._checked, self._own = world.checked & ~seen, world.self_pairs  # planes decide on points
 
     def near(self, rotation: Floats, position: Floats, reach: float) -> Iterator[tuple[Ints, Ints]]:
         """Yield checked pairs within ``reach`` (m) by their boxes: configurations and pair numbers, (k,) each.

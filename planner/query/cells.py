@@ -56,9 +56,10 @@ def composite_targets(
         options.append(np.vstack(found) if found else stays)
     ranks = sorted(itertools.product(*(range(len(rows)) for rows in options)), key=sum)[:_MOST]
     whole = [np.concatenate([rows[k] for rows, k in zip(options, each, strict=True)]) for each in ranks]
-    checker = make_checker(with_carried(cell.robot, cell.scene.carried), cell.scene, "coal")
-    free = [q for q in whole if is_free(checker, q)][:solutions]
-    return start, tuple(Joints(tuple(q.tolist())) for q in free or whole[:1])
+    if len(whole) > 1:  # a single one is judged by the caller
+        checker = make_checker(with_carried(cell.robot, cell.scene.carried), cell.scene, "coal")
+        whole = [q for q in whole if is_free(checker, q)][:solutions] or whole[:1]
+    return start, tuple(Joints(tuple(q.tolist())) for q in whole)
 
 
 def make_robot_checker(cell: Cell, name: str, backend: Backend = "coal", margin: float = 0.0) -> CollisionChecker:

@@ -101,12 +101,12 @@ def limit_slides(root: ET.Element, path: Path, area: Area | None) -> frozenset[s
             continue
         without.add(name)
         axis = joint.find("axis")
-        sizes = [abs(float(word)) for word in (axis.get("xyz", "1 0 0") if axis is not None else "1 0 0").split()]
-        k = sizes.index(max(sizes))
+        along = [float(word) for word in ("1 0 0" if axis is None else axis.get("xyz", "1 0 0")).split()]
+        k = max(range(len(along)), key=lambda each: abs(along[each]))
         if area is None or k > 1:
             continue
         limit = ET.SubElement(joint, "limit", effort="0", velocity="0") if limit is None else limit
-        sign = -1.0 if axis is not None and float(axis.get("xyz", "1 0 0").split()[k]) < 0 else 1.0
+        sign = -1.0 if along[k] < 0 else 1.0
         low, high = sorted((sign * area[k], sign * area[k + 2]))
         limit.attrib |= {"lower": repr(low), "upper": repr(high)}
         without.remove(name)
